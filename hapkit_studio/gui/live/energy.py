@@ -75,7 +75,7 @@ class EnergyWatch(QObject):
         if self._calm() or self._shown / CHANGE < given < self._shown * CHANGE:
             return
         self._shown = given
-        words = f"The scene gave you {energy_words(given)} more energy than you put in"
+        words = f"The scene gave you {energy_words(given)} of extra energy"
         if self._studio.loop.controller:
             self._show(words, _CANNOT, "warn")
         else:

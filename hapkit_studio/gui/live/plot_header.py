@@ -104,7 +104,7 @@ class Header(QWidget):
                 lines += line
         if plot.limits:
             limit = "The largest force that the motor may give. A larger asked force is cut to this value"
-            lines += _line(("danger", 1.6, [1.2, 2.6]), "force limit", limit)
+            lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Position of the surface")
         self.surface = surface if plot.surface else []
         self.back = _button("Back to the live plots, and switch the trigger off (Backspace)")

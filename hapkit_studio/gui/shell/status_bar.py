@@ -24,7 +24,7 @@ _MISSED = (
 )
 _LATE, _IN_TIME = "Loop late", "Loop on time"
 _CLAMP_WORDS = "Clamped at 8.8 N", "Force within 8.8 N", "Now +8.8 N, within 8.8 N"
-_ENERGY_WORDS = ("The scene gave you 0.88 mJ more than you put in",)
+_ENERGY_WORDS = ("The scene gave you 0.88 mJ of extra energy",)
 _PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
 
 

@@ -60,7 +60,9 @@ class BoardThread(QObject):
         if self._quit.is_set():
             return
         if self._thread.is_alive():
-            self._reports.put(("failed", "The board is still being closed."))
+            self._reports.put(
+                ("failed", "The connection to the board is still being closed. Try again in a few seconds.")
+            )
             return
         self.runner = self.subject = self._job = self._after = None
         self.busy = True
@@ -139,7 +141,7 @@ class BoardThread(QObject):
         except DeviceError as error:
             self._reports.put(("failed", str(error)))
         except Exception:
-            self._reports.put(("failed", "An error in the studio ended this. Force is zero."))
+            self._reports.put(("failed", "An error in the program ended this step. The force is zero."))
             raise
         finally:
             if runner is not None:

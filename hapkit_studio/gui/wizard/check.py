@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _ICON = 20
 _BEGIN = (
-    "Put the handle in the middle, take your hands off, switch the motor's supply on, then press Test. "
-    "The test takes half a minute."
+    "Put the handle in the middle, take your hands off, switch the motor's supply on, then press "
+    "Start test. The test takes half a minute."
 )
 
 
@@ -33,7 +33,7 @@ class CheckDialog(BoardDialog):
         self.setMinimumSize(640, 480)
         self.report: Report | None = None
         self.box = ResultBox()
-        self.test = primary(QPushButton("Test"))
+        self.test = primary(QPushButton("Start test"))
         self.test.setEnabled(False)
         self.rows: dict[str, tuple[Sign, QLabel]] = {}
         self.column.addLayout(self._body(), 1)
@@ -57,14 +57,14 @@ class CheckDialog(BoardDialog):
         ):
             self.test.setEnabled(False)
             self.close_button.setText("Cancel")
-            self.box.show_working("Testing. Hands off…")
+            self.box.show_working("Testing. Keep your hands off the handle…")
 
     def show_recent(self, _recent: Recent) -> None:
         if self.board.runner is not None:
             self.box.show_progress(*self.board.runner.progress)
 
     def _opened(self, _runner: object) -> None:
-        self._show_ready(_BEGIN, button="Test")
+        self._show_ready(_BEGIN, button="Start test")
         self.test.setFocus()
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
@@ -86,7 +86,7 @@ class CheckDialog(BoardDialog):
 
     def _failed(self, words: str) -> None:
         self._show_ready(
-            words, "Close this window and connect the board again.", ("unplugged", "warn"), "Test"
+            words, "Close this window and connect the board again.", ("unplugged", "warn"), "Start test"
         )
         self.test.setEnabled(False)
 

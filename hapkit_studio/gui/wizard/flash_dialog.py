@@ -16,13 +16,13 @@ from hapkit_studio.gui.widgets.dialogs import FormDialog
 from hapkit_studio.gui.widgets.parts import choose_file
 
 STAGES = (CONNECTING, WRITING, VERIFYING)
-_WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
+_WORDS = ("Looking for the board's boot loader…", "Writing the firmware…", "Verifying the firmware…")
 _WHOLE = 100
 PATIENCE = 5.0
 """s: maximum wait until the application's own loop has released the port."""
 _ABOUT = (
-    "Writes the firmware to the board and verifies it. The calibration of the kit is kept. Close "
-    "other programs that use the port. The motor is off meanwhile."
+    "Writes the firmware to the board and verifies it. The calibration of the kit is kept. First "
+    "close other programs that use the port. During this the motor is off."
 )
 
 
@@ -38,10 +38,10 @@ class FlashDialog(FormDialog):
         self._program: str | None = None
         self._flashed: Flashed | None = None
         self.job = Job(self, needs="", must_finish=True)
-        self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
-        self.ports.setPlaceholderText("No port found")
+        self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose a file…")
+        self.ports.setPlaceholderText("No serial port found")
         self.bar = QProgressBar()
-        self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
+        self.again, self.write = QPushButton("Search ports again"), QPushButton("Flash firmware")
         self._arrange()
         self._join()
         self.refresh()
@@ -51,7 +51,7 @@ class FlashDialog(FormDialog):
     def refresh(self) -> None:
         """List the ports and select the one in use; find avrdude."""
         self.ports.clear()
-        self.write.setText("Flash")
+        self.write.setText("Flash firmware")
         own = self._own_port()
         for port in serial_ports.ports():
             self.ports.addItem(port.title, port.path)
@@ -94,14 +94,16 @@ class FlashDialog(FormDialog):
         able, there = bool(found), self.ports.count() > 0
         if able:
             self.verdict.say(
-                "Ready." if there else "No port found. Plug in the board, then press Look again."
+                "Ready to flash the firmware."
+                if there
+                else "No serial port was found. Plug in the board, then press Search ports again."
             )
             try:
                 flash.image_of()
             except ParameterError as error:
                 self.verdict.say(str(error), "triangle", "danger")
                 able = False
-        self.where.setText(found or "not found")
+        self.where.setText(found or "This program was not found")
         self.write.setEnabled(able and there)
         self.ports.setEnabled(there)
         self.bar.setVisible(self.job.running or self._flashed is not None)
@@ -113,10 +115,10 @@ class FlashDialog(FormDialog):
     def _written(self, result: Flashed) -> None:
         """Open the board again. Its answer is shown as soon as the board is connected."""
         self._flashed = result
-        self.write.setText("Flash")
+        self.write.setText("Flash firmware")
         self._show_busy(False)
         port = self.ports.currentData()
-        self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
+        self.verdict.say(f"{result.size:,} bytes of firmware were written and verified. Starting the board…")
         entry = next((e for e in self._studio.device.entries() if e.key == port), None)
         self._studio.device.open(
             entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
@@ -127,21 +129,24 @@ class FlashDialog(FormDialog):
         link, engine = self._studio.link, self._studio.engine
         if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
             return
-        wrote = f"{self._flashed.size:,} bytes written and verified in {self._flashed.seconds:.0f} s."
+        flashed = self._flashed
+        wrote = f"{flashed.size:,} bytes of firmware were written and verified in {flashed.seconds:.0f} s."
         if link.state != "running":
             self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
         elif engine is None:
             return  # this method is called again when there is an engine
         else:
             found = engine.device.about()
-            words = f"The board answers: build {found['firmware']}, protocol version {found['protocol']}."
+            words = (
+                f"The board answers with firmware {found['firmware']}, protocol version {found['protocol']}."
+            )
             self.verdict.say(f"{wrote} {words}", "check", "ok")
         self._flashed = None
         self._show_busy(False)
 
     def _failed(self, text: str) -> None:
         self.verdict.say(text, "triangle", "danger")
-        self.write.setText("Flash again")
+        self.write.setText("Flash firmware again")
         if self._studio.link.state == "idle":
             self._studio.device.reconnect()
 
@@ -170,7 +175,7 @@ class FlashDialog(FormDialog):
     def _join(self) -> None:
         self.write.clicked.connect(self.begin)
         self.again.clicked.connect(self.refresh)
-        self.choose.clicked.connect(lambda: choose_file(self, "Where is avrdude?", "", self.use))
+        self.choose.clicked.connect(lambda: choose_file(self, "Choose the program avrdude", "", self.use))
         self.job.progressed.connect(self._follow)
         self.job.running_changed.connect(self._show_busy)
         self.job.finished.connect(self._written)
@@ -179,7 +184,7 @@ class FlashDialog(FormDialog):
         self._studio.engine_changed.connect(self._show_answer)
 
     def _arrange(self) -> None:
-        self.add_fields((("Port", self.ports, None), ("avrdude", self.where, self.choose)))
+        self.add_fields((("Serial port", self.ports, None), ("Program avrdude", self.where, self.choose)))
         self.add_verdict(3)
         self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))

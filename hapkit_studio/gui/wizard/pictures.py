@@ -144,7 +144,7 @@ class HandleView(SceneView):
             stage.write(words, places, "ok" if taken else "accent", 13, 600, must=True)
         if self._hand_enabled:
             y = stage.rail - 8 * stage.u
-            stage.write("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
+            stage.write("Drag to move the virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
 
     def _play_handle(self, stage: Stage) -> None:
         """Draw the handle, the hand and the force. Place the labels so that they do not cover the drawing."""
@@ -209,7 +209,7 @@ class RecentPlot(pg.PlotWidget):
         self.setBackground(theme.color("plot"))
         self.setTitle(self._title, color=theme.color("ink"), size="13px", bold=True, justify="left")
         self.curve.setPen(pg.mkPen(theme.color("position"), width=2))
-        self.setLabel("bottom", f"last {SECONDS:g} s", color=theme.color("axis").name())
+        self.setLabel("bottom", f"time, last {SECONDS:g} s", color=theme.color("axis").name())
         for axis in (self.getAxis("left"), self.getAxis("bottom")):
             axis.setStyle(tickLength=0)
             axis.setPen(theme.color("grid"))

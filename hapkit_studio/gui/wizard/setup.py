@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18
-_AFTER_STOP = "Press Release E-stop above, hands off, then start this step again."
+_AFTER_STOP = "Press Release E-stop above, take your hands off, then start this step again."
 _BUTTONS = QWizard.WizardButton
 _SKIP, _AGAIN, _CLOSE = _BUTTONS.CustomButton1, _BUTTONS.CustomButton2, _BUTTONS.CustomButton3
 _BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
@@ -109,7 +109,7 @@ class SetupDialog(BoardDialog):
 
     def skip_step(self) -> None:
         """Skip a step, and show the assumption that replaces its result."""
-        self._skipped[self.index] = CheckResult(SKIP, f"Skipped. Assumed: {self.step.if_skipped}.")
+        self._skipped[self.index] = CheckResult(SKIP, f"This step was skipped. {self.step.if_skipped}")
         self.pages.next()
 
     def try_again(self) -> None:
@@ -199,7 +199,9 @@ class SetupDialog(BoardDialog):
     def _failed(self, words: str) -> None:
         """Show the failure on every page; only the buttons Try again and Close remain."""
         for step in self.steps:
-            step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
+            step.box.show_text(
+                words, "The motor is off. Check the cable, then press Try again.", ("unplugged", "warn")
+            )
         self._show_state()
         self.pages.setButtonLayout([_CLOSE, _SPACE, _AGAIN])
         self.again.setFocus()
@@ -207,7 +209,7 @@ class SetupDialog(BoardDialog):
     def _undone(self) -> None:
         """Restart the steps, because all results have been undone."""
         self.reset()
-        words = "The board has its old settings again. Nothing is left to save."
+        words = "The board has its old settings again, so there is nothing to save."
         self.step.box.show_text(words, look=SIGNS[PASS])
 
     def _changed(self) -> None:
@@ -223,7 +225,7 @@ class SetupDialog(BoardDialog):
         """Show the state of the steps, the possible actions, and what Skip would do."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
-            words = result.words if result is not None else "not done yet"
+            words = result.words if result is not None else "This step is not done yet."
             sign, color = SIGNS[result.level] if result is not None else NEUTRAL
             row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)
@@ -231,7 +233,7 @@ class SetupDialog(BoardDialog):
             step.enable_buttons()
         step, free = self.step, not self.board.busy
         last, good = step is self.save_step, step.result is not None and step.result.good
-        step.hint.setText("" if good or last else f"If skipped, the studio assumes: {step.if_skipped}.")
+        step.hint.setText("" if good or last else f"If you skip this step: {step.if_skipped}")
         self.list.setEnabled(free)
         self.skip.setEnabled(free)
         self.back.setEnabled(free and self.index > 0)

@@ -24,7 +24,7 @@ class ConnectStep(StepPage):
         "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
         "3. Choose your kit."
     )
-    if_skipped = "the kit that is set on the board"
+    if_skipped = "The studio uses the kit that is set on the board."
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -52,8 +52,12 @@ class ConnectStep(StepPage):
         if found is not None:
             self.padding_chosen.emit(found.better)
             self.frames.setText(frame_words(found))
-        stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
-        self.box.show_text(f"Connected. The board {stored}. Force is zero.", look=SIGNS[PASS])
+        stored = (
+            "settings that were saved on it" if now.origin == Origin.STORED else "settings of the usual kit"
+        )
+        self.box.show_text(
+            f"The board is connected. It uses the {stored}. The force is zero.", look=SIGNS[PASS]
+        )
 
     def reset(self) -> None:
         super().reset()
@@ -66,7 +70,9 @@ class ConnectStep(StepPage):
             self.finish(passed(f"The board is already set to this kit: {kit.title}."))
         else:
             found = passed(f"The board is set to this kit: {kit.title}.")
-            self.run_job("Sending…", lambda work: work.use_kit(kit), lambda _none: self.finish(found))
+            self.run_job(
+                "Sending the settings…", lambda work: work.use_kit(kit), lambda _none: self.finish(found)
+            )
 
     def _show_note(self) -> None:
         self.note.setText(profiles.named(self.kits.currentData()).note)
@@ -76,5 +82,8 @@ def frame_words(found: Padding) -> str:
     """Describe how frames are sent from now on, with the measured delays in ms."""
     plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
     if found.better:
-        return f"USB frames are padded to {found.better} bytes: the delay is {padded} instead of {plain}."
-    return f"The delay is {plain}. Filling up the USB frames would make it {padded}, so they stay short."
+        return (
+            f"Each USB message is filled up to {found.better} bytes, so the delay is {padded} instead "
+            f"of {plain}."
+        )
+    return f"The delay is {plain}. Longer USB messages would make the delay {padded}, so they stay short."

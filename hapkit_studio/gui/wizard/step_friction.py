@@ -21,18 +21,18 @@ class FrictionStep(StepPage):
     heading = "Friction, damping and mass: a gentle sweep"
     words = (
         "Stand the kit upright again. Put the handle in the middle, take your hands off, then press "
-        "Sweep. For "
+        "Start the sweep. For "
         "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
         f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops if anything looks wrong."
     )
-    begin = "The motor is off until you press Sweep."
-    if_skipped = "the usual mass and friction of this kit"
+    begin = "The motor is off until you press Start the sweep."
+    if_skipped = "The studio uses the usual mass and friction of this kit."
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.plot = PositionPlot()
         self.add_handle(self.plot)
-        self.sweep = self.button("Sweep", self.start, primary=True, motor=True)
+        self.sweep = self.button("Start the sweep", self.start, primary=True, motor=True)
         self.add_row(self.sweep)
         self.found = {key: label("–", "found") for key in _ESTIMATES}
         cells = [vbox(label(name, "axis"), self.found[key]) for key, name in _ESTIMATES.items()]
@@ -54,7 +54,7 @@ class FrictionStep(StepPage):
     def start(self) -> None:
         """Start the sweep."""
         self.plot.start = None  # limits are relative to the handle's current position
-        self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
+        self.run_job("Sweeping. Keep your hands off the handle…", lambda work: work.sweep(), self._swept)
 
     def _swept(self, sweep: SweepResult) -> None:
         part = sweep.part
@@ -63,7 +63,7 @@ class FrictionStep(StepPage):
                 warn(
                     "sweep",
                     part.advice,
-                    "Put the handle in the middle, take your hands off, and sweep again.",
+                    "Put the handle in the middle, take your hands off, and start the sweep again.",
                 )
             )
             return
@@ -73,10 +73,12 @@ class FrictionStep(StepPage):
             self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "unknown")
             unknown += [] if e.told else [f"{name}: {e.advice}"]
         if unknown:
-            self.finish(warn("unknown", " ".join(unknown), "Put the handle in the middle and sweep again."))
+            self.finish(
+                warn("unknown", " ".join(unknown), "Put the handle in the middle and start the sweep again.")
+            )
             return
         band, board = sweep.board.dead_band, self.calibration.board
-        more = f" The motor begins to turn at duty {band} of 255." if band else ""
+        more = f" The motor begins to turn at a PWM duty of {band} of 255." if band else ""
         if band and self.calibration.strength is not None:
-            more += f" With it, the motor constant is {1e3 * board.motor_constant:.2f} mN·m."
-        self.finish(passed(f"Found, each with its 95 % interval.{more}"))
+            more += f" With this dead band, the motor constant is {1e3 * board.motor_constant:.2f} mN·m."
+        self.finish(passed(f"The values were found, each with its 95 % interval.{more}"))

@@ -85,7 +85,7 @@ class StepPage(QWizardPage):
     def reset(self) -> None:
         """Clear an outdated result."""
         self.result = None
-        self.box.show_text("Not done yet. The motor is off.")
+        self.box.show_text("This step is not done yet. The motor is off.")
 
     # building blocks
 

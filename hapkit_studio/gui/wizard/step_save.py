@@ -25,7 +25,7 @@ Notes = dict[str, tuple[bool, str]]
 """For each step's name: whether the step is done, and its result or assumption."""
 _NEAR_KIT = 0.2
 """A scale needs no confirmation if its relative deviation from a known kit's scale is at most this."""
-_UNSAVED = "Not saved yet: the board will lose these settings at its next start."
+_UNSAVED = "These settings are not saved yet: the board will lose them at its next start."
 
 
 class SaveStep(StepPage):
@@ -37,7 +37,7 @@ class SaveStep(StepPage):
     undone = Signal()
     name = "Save"
     heading = "Save: on the board, and in a file"
-    if_skipped = "nothing is saved: the board loses the settings at its next start"
+    if_skipped = "Nothing is saved, and the board loses the settings at its next start."
 
     def __init__(self, board: BoardThread, notes: Callable[[], Notes]) -> None:
         super().__init__(board)
@@ -56,7 +56,7 @@ class SaveStep(StepPage):
                 grid.addWidget(cell, row, column)
         self.assumptions = self.add_text()
         self.assumptions.setProperty("ink", "ink2")
-        self.confirm = QCheckBox("I have checked the radii and the marks: this scale is right")
+        self.confirm = QCheckBox("I have checked the radii and the marks: the scale is right")
         self.confirm.toggled.connect(self._confirm_scale)
         self._confirmed = math.nan
         self.column.addStretch(1)
@@ -64,13 +64,19 @@ class SaveStep(StepPage):
         self.label.setAccessibleName("Name of the kit")
         self.label.setMaximumWidth(180)
         self.first = self.save = self.button(
-            "Save", self.store, primary=True, ready=lambda: self._scale_plausible() or self._scale_confirmed()
+            "Save the settings",
+            self.store,
+            primary=True,
+            ready=lambda: self._scale_plausible() or self._scale_confirmed(),
         )
-        self.undo = self.button("Undo everything…", self.ask)
+        self.undo = self.button("Undo all changes…", self.ask)
         self.undo_all = self.job_button(
-            "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
+            "Undo all changes",
+            "Restoring the settings…",
+            lambda work: work.undo(),
+            lambda _none: self.undone.emit(),
         )
-        self.keep = self.button("Keep", self.keep_everything)
+        self.keep = self.button("Keep the changes", self.keep_everything)
         self.foot.insertWidget(
             0, self.confirm
         )  # The box is outside the scroll area, so that it stays visible even if the table is long.
@@ -92,7 +98,7 @@ class SaveStep(StepPage):
         self.confirm.setVisible(not self._scale_plausible())
         self.confirm.setChecked(self._scale_confirmed())
         skipped = [f"{name}: {words}" for name, (done, words) in self._notes().items() if not done]
-        self.assumptions.setText("Assumed: " + "; ".join(skipped) + "." if skipped else "")
+        self.assumptions.setText("Skipped steps: " + " ".join(skipped) if skipped else "")
 
     def reset(self) -> None:
         super().reset()
@@ -125,21 +131,25 @@ class SaveStep(StepPage):
             self.show_refusal(str(error))
             return
         notes = {
-            name: words if done else f"skipped; assumed: {words}"
-            for name, (done, words) in self._notes().items()
+            name: words if done else f"skipped: {words}" for name, (done, words) in self._notes().items()
         }
 
         def job(work: "Calibration") -> str:
             work.store(label)
             return str(calibration_file.write(profiles.of_settings(work.runner.settings), notes))
 
-        self.run_job("Saving…", job, self._stored)
+        self.run_job("Saving the settings…", job, self._stored)
 
     def _stored(self, path: str) -> None:
         self._fill_table()
-        self.file.setText(f"File: {path}")
+        self.file.setText(f"Saved file: {path}")
         self.file.show()
-        self.finish(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
+        self.finish(
+            passed(
+                f"The settings were saved on the board and in the file {Path(path).name}. "
+                f"{self._next_start()}"
+            )
+        )
 
     def _next_start(self) -> str:
         """Describe where the handle must be when the board is switched on, so that its zero is correct."""
@@ -160,7 +170,7 @@ class SaveStep(StepPage):
         self._show_question(True)
         self.box.show_warning(
             "Restore the settings that the board had when this window opened?",
-            "All results of the steps are lost. A saved file is not deleted.",
+            "All results of the steps will be lost. A saved file will not be deleted.",
         )
         self.keep.setFocus()
 
@@ -172,8 +182,9 @@ class SaveStep(StepPage):
         elif self.calibration is not None and not (self._scale_plausible() or self._scale_confirmed()):
             kit, ratio = profiles.nearest_kit(self.calibration.board)
             self.box.show_warning(
-                f"One count is {ratio:.2f} × that of the nearest kit, {kit.title}; within 20 % is usual.",
-                "Take the marks again in the step Zero and scale. Or confirm the scale above, then save.",
+                f"One sensor count is {ratio:.2f} × as long as with the nearest kit, {kit.title}. Usual "
+                "is 0.8 to 1.2.",
+                "Take the marks again in the step Zero and scale, or confirm the scale above. Then save.",
             )
         else:
             self.box.show_text(_UNSAVED)
@@ -188,5 +199,5 @@ class SaveStep(StepPage):
         for name, (had, has) in self._cells.items():
             old, new = setting_text(before, name), setting_text(now, name)
             had.setText(old)
-            has.setText("as before" if new == old else new)
+            has.setText("unchanged" if new == old else new)
             mark(has, "role", "axis" if new == old else "headline")

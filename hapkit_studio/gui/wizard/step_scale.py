@@ -16,9 +16,9 @@ PLACES = (0.0, -0.020, 0.020, 0.0)
 _SAME = 6e-6
 """m: smaller differences in a radius are due to the rounding of the display."""
 _RADII = (
-    ("handle_radius", "Axis to handle, rh"),
-    ("pulley_radius", "Pulley, rp"),
-    ("sector_radius", "Sector, rs"),
+    ("handle_radius", "Handle radius, rh"),
+    ("pulley_radius", "Pulley radius, rp"),
+    ("sector_radius", "Sector radius, rs"),
 )
 
 
@@ -29,28 +29,28 @@ class ScaleStep(StepPage):
     heading = "Zero and scale: hold the handle at marks"
     words = (
         "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
-        "still at each mark and press Take. The middle is measured twice to see whether the cable slips."
+        "still at each mark and press Take mark. The middle is measured twice to see whether the cable slips."
     )
-    if_skipped = "the board's present zero, and the scale computed from the radii"
+    if_skipped = "The studio uses the board's present zero and computes the scale from the radii."
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.add_handle()
         self.place = ThousandthsBox("Mark", "mm", -1e3 * REACH, 1e3 * REACH, 1)
-        self.take = self.button("Take", self.take_mark, primary=True)
-        self.restart = self.button("Start again", self.forget_marks)
+        self.take = self.button("Take mark", self.take_mark, primary=True)
+        self.restart = self.button("Delete all marks", self.forget_marks)
         self.apply = self.job_button(
-            "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_applied,
+            "Use this scale", "Sending the scale…", lambda work: work.use_scale(), self._scale_applied,
             ready=self._scale_usable,
         )  # fmt: skip
-        self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
+        self.add_row(QLabel("Position of the mark"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
         self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
         for box in self.radii.values():
             box.valueChanged.connect(lambda _value: self.enable_buttons())
         self.set_radii = self.button("Use these radii", self.use_radii, ready=self._radii_differ)
         cells = [vbox(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
-        self.column.addWidget(label("Radii of your kit, not diameters:", "hint"))
+        self.column.addWidget(label("Measure the radii of your kit, not the diameters:", "hint"))
         self.column.addLayout(hbox(*cells, vbox(None, self.set_radii), None))
         self.column.addStretch(1)
         self._offer_mark()
@@ -75,7 +75,7 @@ class ScaleStep(StepPage):
     def take_mark(self) -> None:
         """Take the mark at which the user holds the handle now."""
         place = self.place.si
-        self.run_job("Hold still…", lambda work: work.take_mark(place), self._mark_taken)
+        self.run_job("Hold the handle still…", lambda work: work.take_mark(place), self._mark_taken)
 
     def forget_marks(self) -> None:
         """Discard all marks."""
@@ -84,25 +84,27 @@ class ScaleStep(StepPage):
         self.changed.emit()
 
     def _show_first(self) -> None:
-        words = f"Hold the handle at {_mm(PLACES[0])}, then press Take."
-        self.box.show_text(words, "Until then the picture uses the board's old zero, which may be wrong.")
+        words = f"Hold the handle at {_mm(PLACES[0])}, then press Take mark."
+        self.box.show_text(
+            words, "Before the marks are taken, the picture uses the board's old zero, which may be wrong."
+        )
 
     def _mark_taken(self, mark: Mark) -> None:
         taken = len(self._marks)
         if taken < len(PLACES):
-            words = f"Mark at {_mm(mark.place)} taken. Move the handle to {_mm(PLACES[taken])}."
+            words = f"The mark at {_mm(mark.place)} is taken. Move the handle to {_mm(PLACES[taken])}."
             self.box.show_text(words, look=SIGNS[PASS])
         else:
             self._fit()
         self._offer_mark()
 
     def _fit(self) -> None:
-        self.run_job("Fitting…", lambda work: work.measure_scale(), self._fitted)
+        self.run_job("Computing the scale…", lambda work: work.measure_scale(), self._fitted)
 
     def _fitted(self, scale: Scale) -> None:
         off = ", ".join(number(1e3 * r, 2) for r in scale.residuals)
         reverse = scale.sense != self.calibration.board.sense
-        words = " The sensor counts the other way: positions are reversed." if reverse else ""
+        words = " The sensor counts in the other direction, so its positions are reversed." if reverse else ""
         self.residuals.setText(f"Each mark's distance from the straight line: {off} mm.{words}")
         self.box.show_result(scale.result)
         # Enter must not take a fifth mark by accident
@@ -141,7 +143,7 @@ class ScaleStep(StepPage):
     def use_radii(self) -> None:
         """Apply the typed radii."""
         radii = {key: box.si for key, box in self.radii.items()}
-        self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_applied)
+        self.run_job("Sending the radii…", lambda work: work.change_geometry(**radii), self._radii_applied)
 
     def _radii_applied(self, _none: object) -> None:
         self._show_radii()

@@ -17,19 +17,19 @@ class SensorStep(StepPage):
     name = "Sensor"
     heading = "Sensor: move the handle from end to end"
     words = (
-        "The motor is off. Hold the handle at its left end, press Start, then move it slowly to the "
-        "right end and back, twice."
+        "The motor is off. Hold the handle at its left end, press Start recording, then move it slowly to "
+        "the right end and back, twice."
     )
-    begin = "Hold the handle at the left end, then press Start."
-    if_skipped = "the sensor works, with the usual range of this kit"
+    begin = "Hold the handle at the left end, then press Start recording."
+    if_skipped = "The studio assumes that the sensor works and has the usual range of this kit."
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.plot = SensorPlot()
         self.add_handle(self.plot)
         self.first = self.start_button = self.job_button(
-            f"Start ({RECORD_SECONDS:g} s)",
-            "Move the handle: right end, left end, right end, left end…",
+            f"Start recording ({RECORD_SECONDS:g} s)",
+            "Move the handle to the right end, the left end, the right end and the left end…",
             lambda work: work.check_sensor(work.runner.record(RECORD_SECONDS)),
             self.finish,
             primary=True,

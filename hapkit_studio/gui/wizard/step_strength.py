@@ -28,18 +28,20 @@ PUSH_SECONDS = 20.0
 SPRING = 100.0
 """N/m: default stiffness of the first spring."""
 _WEIGHTS = (
-    "Lay the kit on its left side. Hold the handle in the middle, press Carry, and let go slowly after a "
-    "second. First without a mass, then with 50 g, then with 100 g (for example weighed coins)."
+    "Lay the kit on its left side. Hold the handle in the middle, press Start motor, and let go slowly "
+    "after a second. Do this first without a mass, then with 50 g, then with 100 g (for example weighed "
+    "coins)."
 )
 _SCALE = (
     "Stand a kitchen scale on its edge at the right of the handle, so that the handle pushes against it. "
-    f"Press Push: the motor pushes with {PUSH:g} N according to the kit's profile. Enter the reading of "
-    "the scale."
+    f"Press Push the scale: the motor pushes with {PUSH:g} N according to the kit's profile. Enter the "
+    "reading of the scale."
 )
 _SPRINGS = (
     f"Attach a spring {HOOKED}. Enter its stiffness, which must be known to {100.0 * SPRING_UNCERTAINTY:g} "
     "%, "
-    f"take your hands off and press Pull. Then attach another spring, at least {SPRINGS_DIFFER:g} × as stiff."
+    f"take your hands off and press Pull the spring. Then attach another spring, at least "
+    f"{SPRINGS_DIFFER:g} × as stiff."
 )
 
 
@@ -52,26 +54,26 @@ class StrengthStep(StepPage):
     name = "Strength"
     heading = "Strength: the force that the motor really gives"
     begin = "The motor is off until you press a button."
-    if_skipped = "the motor constant of the kit's profile"
+    if_skipped = "The studio uses the motor constant of the kit's profile."
     pushes = needs_direction = True
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self._pushed_enough = threading.Event()
-        self.method = Segmented("How", ("Weights", "Kitchen scale", "Springs"))
+        self.method = Segmented("Method", ("Weights", "Kitchen scale", "Springs"))
         self.method.show_index(0)
         self.add_row(self.method)
         self.how = self.add_text()
         self.drawing = KitDrawing(supply=True)
         self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
-        self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
+        self.carry = self.button("Start motor", self.start_carrying, primary=True, motor=True)
         self.use = self.job_button(
-            "Use these", "Sending…", lambda work: work.use_weights(), self._measured,
+            "Use this result", "Sending the result…", lambda work: work.use_weights(), self._measured,
             ready=lambda: self.calibration.weighed,
         )  # fmt: skip
-        self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
-        self.enough = QPushButton("Enough")  # this is the only enabled button while the motor pushes
+        self.push = self.button("Push the scale", self.start_pushing, primary=True, motor=True)
+        self.enough = QPushButton("Stop pushing")  # this is the only enabled button while the motor pushes
         self.enough.setProperty("tall", True)
         self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
@@ -83,14 +85,16 @@ class StrengthStep(StepPage):
         self.stiffness.setValue(SPRING)
         self.stiffness.setAccessibleName("Stiffness in N/m")
         self.stiffness.lineEdit().setTextMargins(7, 0, 0, 0)
-        self.pull = self.button("Pull", self.start_pulling, primary=True, motor=True)
+        self.pull = self.button("Pull the spring", self.start_pulling, primary=True, motor=True)
         self.use_pulled = self.job_button(
-            "Use these", "Sending…", lambda work: work.use_springs(), self._measured,
+            "Use this result", "Sending the result…", lambda work: work.use_springs(), self._measured,
             ready=lambda: len(self.calibration.pulled) > 1,
         )  # fmt: skip
         weights, scale, springs = QWidget(), QWidget(), QWidget()
         hbox(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=weights)
-        hbox(self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=scale)
+        hbox(
+            self.push, self.enough, QLabel("Reading of the scale"), self.reading, self.take, None, into=scale
+        )
         hbox(
             QLabel("Stiffness of the spring"), self.stiffness, self.pull, self.use_pulled, None, into=springs
         )
@@ -122,7 +126,7 @@ class StrengthStep(StepPage):
             self.drawing.show_spring()
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
-        again = "Hold the handle in the middle again, then press Carry; let go slowly."
+        again = "Hold the handle in the middle again, press Start motor, then let go slowly."
         super().show_refusal(words, remedy or (again if self.method.index == 0 else ""))
 
     def reset(self) -> None:
@@ -136,7 +140,7 @@ class StrengthStep(StepPage):
         """Let the motor carry the mass at the handle."""
         mass = self.mass.si
         self.run_job(
-            "Carrying. Let go slowly. The handle moves slowly up and down for 6 s.",
+            "The motor holds the handle. Let go slowly. The handle moves up and down for 6 s.",
             lambda work: (mass, work.carry(mass)),
             self._carried,
         )
@@ -144,19 +148,22 @@ class StrengthStep(StepPage):
     def _carried(self, found: tuple[float, float]) -> None:
         mass, force = found
         masses = sorted(mass for mass, _ in self.calibration.carried)
-        self.carried.setText("Carried: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + ".")
+        self.carried.setText("Masses carried so far: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + ".")
         rest = [m for m in MASSES if m not in masses]
-        words = f"{1e3 * mass:g} g needed {number(abs(force), 2)} N according to the kit's profile."
-        self.box.show_text(words, _hang(rest[0]) if rest else "Now press Use these.", SIGNS[PASS])
+        words = (
+            f"To carry {1e3 * mass:g} g, the motor gave {number(abs(force), 2)} N according to the "
+            f"kit's profile."
+        )
+        self.box.show_text(words, _hang(rest[0]) if rest else "Now press Use this result.", SIGNS[PASS])
         if rest:
             self.mass.show_si(rest[0])
 
     # kitchen scale
 
     def start_pushing(self) -> None:
-        """Push on the scale until the user presses Enough."""
+        """Push on the scale until the user presses Stop pushing."""
         self._pushed_enough.clear()
-        words = f"Pushing with {PUSH:g} N. Read the scale, then press Enough."
+        words = f"Pushing with {PUSH:g} N. Read the scale, then press Stop pushing."
         enough = self._pushed_enough.is_set
         self.run_job(words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
         self.enough.setFocus()
@@ -168,14 +175,18 @@ class StrengthStep(StepPage):
     def use_reading(self) -> None:
         """Apply the motor constant computed from the reading."""
         reading = self.reading.si
-        self.run_job("Sending…", lambda work: work.use_reading(reading), self._measured)
+        self.run_job("Sending the result…", lambda work: work.use_reading(reading), self._measured)
 
     # springs
 
     def start_pulling(self) -> None:
         """Let the motor pull the attached spring."""
         stiffness = self.stiffness.value()
-        self.run_job("Pulling, hands off…", lambda work: (stiffness, work.pull(stiffness)), self._pulled)
+        self.run_job(
+            "Pulling the spring. Keep your hands off…",
+            lambda work: (stiffness, work.pull(stiffness)),
+            self._pulled,
+        )
 
     def _pulled(self, found: tuple[float, float]) -> None:
         stiffness, felt = found
@@ -185,7 +196,11 @@ class StrengthStep(StepPage):
             "settings."
         )
         enough = max(springs) >= SPRINGS_DIFFER * min(springs)
-        rest = "Now press Use these." if enough else "Next: attach another spring, then press Pull."
+        rest = (
+            "Now press Use this result."
+            if enough
+            else "Next: attach another spring, then press Pull the spring."
+        )
         self.box.show_text(words, rest, SIGNS[PASS])
 
     def _measured(self, found: Strength) -> None:
@@ -195,4 +210,4 @@ class StrengthStep(StepPage):
 def _hang(mass: float) -> str:
     """Return the instruction for the next mass in kg."""
     what = f"hang {1e3 * mass:g} g on the handle" if mass > 0.0 else "remove the mass"
-    return f"Next: {what}, hold the handle in the middle, then press the button Carry."
+    return f"Next: {what}, hold the handle in the middle, then press Start motor."

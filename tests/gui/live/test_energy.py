@@ -135,7 +135,7 @@ def alarm(qtbot, monkeypatch):
     return made
 
 
-GAVE = "The scene gave you 0.80 mJ more energy than you put in"
+GAVE = "The scene gave you 0.80 mJ of extra energy"
 
 
 @pytest.mark.parametrize(("excess", "says"), [(0.198e-3, False), (0.202e-3, True)])
@@ -163,7 +163,7 @@ def test_the_message_stays_for_a_while_after_the_last_excess(alarm):
     alarm.strike(0.8e-3, 1.1e-3)
     assert alarm.said == (GAVE, "warn")
     alarm.strike(8e-3)
-    assert alarm.said[0] == "The scene gave you 8.0 mJ more energy than you put in"
+    assert alarm.said[0] == "The scene gave you 8.0 mJ of extra energy"
     for share, there in ((0.99, True), (0.02, False)):
         alarm.now += share * energy.SHOWN_S
         alarm.strike(8e-3)

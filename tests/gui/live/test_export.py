@@ -203,7 +203,7 @@ def test_a_failed_export_shows_one_line_and_keeps_the_old_file(fed, write, tmp_p
     kept.write_text("mine")
     assert (
         write(tmp_path / "none" / "a.csv", (1.0, 2.0))
-        == "a.csv cannot be written: No such file or directory."
+        == "The file a.csv cannot be written: No such file or directory."
     )
     assert write(kept.with_suffix(".xyz"), (1.0, 2.0)).startswith(
         "The file name must end in .png, .svg, .pdf, .csv"
@@ -215,7 +215,7 @@ def test_a_failed_export_shows_one_line_and_keeps_the_old_file(fed, write, tmp_p
         raise OSError(28, "No space left on device")
 
     monkeypatch.setitem(export.export.WRITERS, ".csv", full)
-    assert write(kept, (1.0, 2.0)) == "kept.csv cannot be written: No space left on device."
+    assert write(kept, (1.0, 2.0)) == "The file kept.csv cannot be written: No space left on device."
     assert [path.read_text() for path in kept.parent.iterdir()] == ["mine"]
 
 

@@ -55,7 +55,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
         parts = bar.clamp, bar.energy.link, bar.kept.link, bar.priority.link
         return [part.mapTo(bar, QPoint()).x() for part in parts]
 
-    bar.show_energy("The scene gave you 0.41 mJ more energy than you put in", remedy=True)
+    bar.show_energy("The scene gave you 0.41 mJ of extra energy", remedy=True)
     bar.show_kept("Recording", written=True)
     bar.show_figures(True)
     found = []
@@ -70,7 +70,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
         bar._clamped_until = 0.0
         bar.show_clamp(clamped, 3.0)
         bar.show_margin("Stable" if clamped else "Stable, 36 × below the limit", "check", "ok")
-        bar.show_energy(f"The scene gave you {given} mJ more energy than you put in", remedy=True)
+        bar.show_energy(f"The scene gave you {given} mJ of extra energy", remedy=True)
         bar.show_kept(kept, written=True)
         found.append(places())
     assert found == found[:1] * 3

@@ -38,9 +38,10 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
     sheet = window.findChildren(FlashDialog)[-1]
     assert sheet.isVisible()
     assert not sheet.write.isEnabled()
-    assert sheet.verdict.words.text() == "No port found. Plug in the board, then press Look again."
+    words = "No serial port was found. Plug in the board, then press Search ports again."
+    assert sheet.verdict.words.text() == words
     assert not sheet.ports.isEnabled()
-    assert sheet.ports.placeholderText() == "No port found"
+    assert sheet.ports.placeholderText() == "No serial port found"
     assert not sheet.bar.isVisible()
     port, there = Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT), shipped()
     monkeypatch.setattr(serial_ports, "ports", lambda: [port])
@@ -51,7 +52,7 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
     assert not sheet.write.isEnabled()
     monkeypatch.setattr(flash, "shipped", lambda: there)
     sheet.again.click()
-    assert sheet.verdict.words.text() == "Ready."
+    assert sheet.verdict.words.text() == "Ready to flash the firmware."
     assert sheet.write.isEnabled()
     assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
 
@@ -101,11 +102,11 @@ def test_a_board_in_use_is_released_flashed_and_reopened_with_its_settings(
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
         hello, said = window.studio.engine.device.hello, sheet.verdict.words.text()
-        assert f"The board answers: build {hello.build}, protocol version {PROTOCOL_VERSION}" in said
+        assert f"The board answers with firmware {hello.build}, protocol version {PROTOCOL_VERSION}" in said
         assert hello.build.encode() in flash.read_image(shipped())
         assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
         assert sheet.write.isEnabled()
-        assert sheet.write.text() == "Flash"
+        assert sheet.write.text() == "Flash firmware"
         assert sheet.close()
         window.close()
     finally:
@@ -122,6 +123,6 @@ def test_a_failed_flash_shows_the_reason_and_can_be_repeated(window, qtbot, tmp_
     assert window.studio.link.state == "running"  # the window uses a different device
     qtbot.waitUntil(lambda: not sheet.job.running)
     assert "a different chip (signature 1e940f)" in sheet.verdict.words.text()
-    assert sheet.write.text() == "Flash again"
+    assert sheet.write.text() == "Flash firmware again"
     assert sheet.write.isEnabled()
     board.end()

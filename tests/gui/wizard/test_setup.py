@@ -67,7 +67,7 @@ def test_a_kit_with_all_settings_wrong_is_set_up(played, tmp_path):
     assert kit.stored.label == "Hapkit"
     assert [step.result for step in dialog.steps] == [None] * 7
     assert not any(done for done, _words in dialog.notes().values())
-    assert all(dialog.list.item(row).toolTip() == "not done yet" for row in range(7))
+    assert all(dialog.list.item(row).toolTip() == "This step is not done yet." for row in range(7))
     assert friction.found["mass"].text() == "–"
     assert dialog.index == 0
 
@@ -91,7 +91,7 @@ def test_texts_fit_controls_have_names_and_a_skipped_step_states_its_assumption(
         if index < 6:
             assert step.if_skipped in step.hint.text()
             dialog.skip.click()
-            assert "Skipped" in dialog.list.item(index).toolTip()
+            assert "This step was skipped." in dialog.list.item(index).toolTip()
     assert all(step.if_skipped in dialog.step.assumptions.text() for step in dialog.steps[:-1])
     rows = dialog.list
     place = rows.visualItemRect(rows.item(3)).center()
@@ -189,7 +189,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert "The pulley's radius rp is now 5.0" in step.box.words.text()
     assert "instead of 10.00 mm" in step.box.words.text()
     assert step.result.good
-    assert "assumed" not in step.hint.text()
+    assert "skip" not in step.hint.text()
 
 
 @pytest.mark.slow
@@ -220,7 +220,7 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
 
     assert enter_save(1.19 * 0.005) == (True, False)
     assert enter_save(1.21 * 0.005) == (False, True)
-    assert "1.21 × that of the nearest kit, Hapkit 3.0" in save.box.words.text()
+    assert "1.21 × as long as with the nearest kit, Hapkit 3.0" in save.box.words.text()
     save.confirm.click()
     assert save.save.isEnabled()
     assert enter_save(1.5 * 0.005) == (False, True)  # the new scale is not confirmed yet
@@ -311,7 +311,7 @@ def test_springs_are_measured_one_after_the_other(played):
     play.dialog.go(4)
     step = play.dialog.step
     step.method.button(2).click()
-    for stiffness, next_step in ((100.0, "another spring"), (300.0, "Use these")):
+    for stiffness, next_step in ((100.0, "another spring"), (300.0, "Use this result")):
         assert not step.use_pulled.isEnabled()
         step.stiffness.setValue(stiffness)
         play.let_go()
@@ -330,12 +330,12 @@ def test_springs_are_measured_one_after_the_other(played):
         (
             (9.0e-3, 3.1e-3),
             PACKET,
-            "USB frames are padded to 62 bytes: the delay is 3.1 ms instead of 9.0 ms.",
+            "Each USB message is filled up to 62 bytes, so the delay is 3.1 ms instead of 9.0 ms.",
         ),
         (
             (1.0e-3, 1.2e-3),
             0,
-            "The delay is 1.0 ms. Filling up the USB frames would make it 1.2 ms, so they stay short.",
+            "The delay is 1.0 ms. Longer USB messages would make the delay 1.2 ms, so they stay short.",
         ),
     ],
 )

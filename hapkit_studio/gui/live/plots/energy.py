@@ -12,18 +12,18 @@ PLOT = TimePlot(
     traces=(
         Trace(
             "energy_limit",
-            "energy limit",
+            "limit",
             "danger",
             dash=(2.0, 4.0),
-            help="The most energy that a passive scene could have given you. Above this line, the loop "
-            "has added energy",
+            help="Limit: the most energy that a passive scene could have given you. Above this line, the "
+            "loop has added energy",
         ),
         Trace(
             "energy_given",
-            "energy to the hand",
+            "to the hand",
             "energy",
             dash=(9.0, 4.0, 2.0, 4.0),
-            help="Energy that the scene has given to your hand since the last change of a setting: "
+            help="Energy to the hand: what the scene has given since the last change of a setting: "
             "force times distance",
         ),
     ),

@@ -11,10 +11,10 @@ PLOT = TimePlot(
     share=43,
     order=2,
     traces=(
-        Trace("force", "asked force", "asked", dashed=True, help=_ASKED),
+        Trace("force", "asked", "asked", dashed=True, help=_ASKED),
         Trace(
             "applied_force",
-            "applied force",
+            "applied",
             "applied",
             help="Applied force: what is sent to the motor, after the force limit. "
             "The Hapkit has no force sensor",
