@@ -67,7 +67,10 @@ def compact(value: float, digits: int = 6, sign: bool = False) -> str:
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
-    """Format a value with at most ``digits`` significant digits and its unit; ``sign`` adds a plus."""
+    """Format a value with at most ``digits`` significant digits and its unit.
+
+    With ``sign``, positive values have a plus.
+    """
     return f"{compact(value, digits, sign)} {unit}".rstrip()
 
 
@@ -122,8 +125,7 @@ def unbroken(words: str) -> str:
 def printable(text: str) -> str:
     """Return a text in which control, invisible and direction-changing characters are escaped as in JSON.
 
-    It is used for all text from files that a terminal or window shows. The value of JSON text does not
-    change.
+    All text from files is shown in this form in a terminal or window. JSON text keeps its value.
     """
     if text.isprintable():
         return text

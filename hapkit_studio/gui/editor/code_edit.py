@@ -55,7 +55,7 @@ def _depth(text: str) -> int:
 
 
 def newline(cursor: QTextCursor) -> None:
-    """Break the line and indent the next one: more after a colon, less after a return."""
+    """Break the line and indent the next line: more after a colon, less after ``return``."""
     before = cursor.block().text()[: cursor.positionInBlock()]
     deeper = STEP if _OPENS.match(before) else -STEP if _LEAVES.match(before) else 0
     cursor.insertText("\n" + " " * (_depth(before) + deeper))

@@ -30,7 +30,7 @@ _LINE = re.compile(r"\bline (\d+)")
 
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
-    """Return a trial's outcome as a text with its tone; ``unsaved`` is True if the law was changed later."""
+    """Return a trial's outcome as a text with its tone; ``unsaved``: the text was changed after the trial."""
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"

@@ -1,8 +1,8 @@
 """Replay: shows a recorded session in place of live data, with the settings of the recording.
 
 The settings are changed temporarily, as for a measurement, and restored at the end. The motor gives no force
-during the replay, and afterwards not until the user enables the force. The device's live samples are still
-stored and recorded.
+during the replay. After the replay, it gives no force until the user enables the force. The device's live
+samples are still stored and recorded.
 """
 
 import math
@@ -34,9 +34,9 @@ FRAME = 1.0 / 60.0
 class Replay(QObject):
     """Plays a session, and stops while ``live`` is paused.
 
-    ``changed`` is emitted when a session was opened or closed. ``frame(row, clamped)`` is like the signal of
-    ``Live``. If the user changes a setting, the replay ends, and this setting is applied after the previous
-    settings are restored.
+    ``changed`` is emitted when a session was opened or closed. ``frame(row, clamped)`` is emitted like the
+    signal ``frame`` of ``Live``. If the user changes a setting, the replay ends, and this setting is applied
+    after the previous settings are restored.
     """
 
     beginning = Signal()

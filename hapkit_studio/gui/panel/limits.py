@@ -105,7 +105,7 @@ class LoopFacts(QObject):
             self.changed.emit()
 
     def _follow(self) -> None:
-        """Use the measured delay of computer or board, whichever renders now."""
+        """Use the measured delay of the active renderer, which is the computer or the board."""
         engine = self._studio.engine
         if engine is not None and engine.device.measures_delay and engine.where != self._where:
             self._where = engine.where

@@ -44,7 +44,7 @@ class TwoSettings(QObject):
     def target(self) -> int:
         """Return the index of the setting to switch to.
 
-        If neither is active, it is the one that was active last.
+        If neither setting is active, return the index of the setting that was active last.
         """
         now = self.active
         return self._last if now is None else 1 - now

@@ -282,7 +282,7 @@ class SceneView(QWidget):
         event.accept()
 
     def keyPressEvent(self, event) -> None:
-        """Move the hand with the arrow keys, release it with the down key."""
+        """Move the hand with the arrow keys; the down key releases the handle."""
         key = event.key()
         if not self._hand_enabled or self._preparing or self._dragging:
             super().keyPressEvent(event)

@@ -21,7 +21,7 @@ _RATE = "loop", "rate"
 
 
 class DemoPlayer(QObject):
-    """Changes settings and moves the virtual hand as a demo prescribes, until the user ends this.
+    """Changes settings and moves the virtual hand as a demo prescribes, until the user intervenes.
 
     The previous settings are then restored. If a real motor waits for *Render*, the demo goes on; any other
     E-stop ends the demo. The player never releases an E-stop. ``changed`` is emitted when a demo starts or

@@ -101,7 +101,7 @@ class QuizSide(SidePanel):
         self.leave.clicked.connect(lambda: studio.hide_values(None))
 
     def begin(self) -> None:
-        """Lock all settings, because the verdict is valid only for them, and draw the first value."""
+        """Lock all settings, because the verdict is valid only for these settings; draw the first value."""
         self._studio.hide_values(self._asked.values, QUIZ)
         self.ask()
 
