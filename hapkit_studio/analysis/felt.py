@@ -1,8 +1,8 @@
 """Force over position as felt: each force over the handle's position while that force acted.
 
-A force is computed from a sample, acts a delay later and is held until the next force. If it is plotted over
-the position of its sample, it lies on the law's line for any delay. If it is plotted over the position while
-it acted, it shows the hysteresis loop that the hand feels; the area of this loop is the energy added.
+A force is computed from a sample, acts a delay later and is held until the next force. A plot over the
+positions of the samples lies on the law's line for any delay. A plot over the positions while the forces
+acted shows the hysteresis loop that the hand feels; the area of this loop is the energy added.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ def as_felt(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return position in m and force in N, (2 n,) each: both ends of the interval in which each force acts.
 
-    time in s, position and force (n,) belong to the samples. ``delay`` is the time in s from a sample to its
-    force. Positions are interpolated linearly. NaN marks lost samples and positions that are not known yet.
+    ``time`` in s, ``position`` and ``force`` (n,) belong to the samples. ``delay`` is the time in s from a
+    sample to its force. Positions are interpolated linearly. NaN marks lost samples and positions that are
+    not known yet.
     """
     known = np.isfinite(time)
     places = np.full((len(time), 2), np.nan)

@@ -102,8 +102,8 @@ def compute(
 ) -> int:
     """Compute the missing rows of a survey's file and return their number; raise SurveyError.
 
-    The file is created if it is missing. A file with different axes is rejected. progress counts all rows,
-    including those that were already computed.
+    The file is created if it is missing. A file with different axes is rejected. ``progress`` counts all
+    rows, including those that were already computed.
     """
     _check_size(axes)
     with _opened(path, axes) as database:

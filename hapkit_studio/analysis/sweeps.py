@@ -66,10 +66,10 @@ def sweep(
 
     ``task`` is a module-level function from a list of cells to the list of their independent results. Cells
     and results must be picklable, because they may be sent to another machine. If ``executor`` is None,
-    low-priority threads on all cores are used, which suits compiled tasks. progress is called in the calling
-    thread. Its exceptions, and those of a task, are raised after pending chunks are cancelled. ``chunk`` is
-    the number of cells per chunk, None for about 0.1 s. ``store`` receives each chunk's cells and results in
-    the calling thread as they arrive; the returned list is then empty. Raise ParameterError.
+    low-priority threads on all cores are used, which suits compiled tasks. ``progress`` is called in the
+    calling thread. Its exceptions, and those of a task, are raised after pending chunks are cancelled.
+    ``chunk`` is the number of cells per chunk, None for about 0.1 s. ``store`` receives each chunk's cells
+    and results in the calling thread as they arrive; the returned list is then empty. Raise ParameterError.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)

@@ -64,7 +64,7 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
 def _foaw(coefs, full, position, period):
     """Return the velocity of the longest line that fits its samples.
 
-    coefs contains the window in periods and the tolerance in m. The window is initialised with a steady
+    ``coefs`` contains the window in periods and the tolerance in m. The window is initialised with a steady
     motion.
     """
     window, tolerance, memory = int(coefs[0]), coefs[1], full[_WINDOW:]

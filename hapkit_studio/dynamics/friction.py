@@ -23,8 +23,8 @@ def projected(velocity, limit):
 def tether(x, anchor, stiffness, limit):
     """Return (force, anchor) of a spring to an anchor that is dragged when the force reaches ``limit``.
 
-    stiffness is in N/m and positive, limit in N and not negative. While the spring holds, the anchor stays
-    exactly the same, without drift.
+    ``stiffness`` is in N/m and positive; ``limit`` is in N and not negative. While the spring holds, the
+    anchor stays exactly the same, without drift.
     """
     stretch, longest = anchor - x, limit / stiffness
     if abs(stretch) <= longest:
@@ -43,8 +43,8 @@ def stribeck(velocity, static, kinetic, stribeck_velocity):
 def bristle(bend, moved, level, stiffness):
     """Return the deflection in m of a bristle after its root has moved; it tends to level / stiffness.
 
-    This is the law of Dahl and LuGre, exact for a level in N that is constant during the step. stiffness is
-    in N/m and positive.
+    This is the law of Dahl and LuGre, exact for a level in N that is constant during the step. ``stiffness``
+    is in N/m and positive.
     """
     if level <= 0.0:
         return 0.0
@@ -57,8 +57,9 @@ def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinet
     """Return (force, anchor, slides) of a spring and damper to an anchor that sticks up to ``static`` N.
 
     Beyond this force the anchor slides with ``kinetic`` N (positive) until the motion reverses. Then the
-    anchor sticks where the spring force is ``kinetic``. slides has the sign of the force while sliding,
-    else 0. x and before are in m, stiffness in N/m (positive), damping in N·s/m.
+    anchor sticks where the spring force is ``kinetic``. ``slides`` is the sign of the force while the anchor
+    slides, else 0. ``x`` and ``before`` are in m, ``stiffness`` is in N/m (positive), and ``damping`` in
+    N·s/m.
     """
     if slides != 0.0:
         if (before - x) * slides >= 0.0:

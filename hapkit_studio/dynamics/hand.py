@@ -14,8 +14,8 @@ from hapkit_studio.parameters import check_number
 class Hand:
     """A hand with the force k (target - x) + b (target' - v); its mass is added to that of the handle.
 
-    mass is in kg, damping in N·s/m, stiffness in N/m. target(t) is in m; if ``vectorised`` is true, it also
-    accepts arrays of times. release is the time in s at which the hand lets go.
+    ``mass`` is in kg, ``damping`` in N·s/m, ``stiffness`` in N/m. ``target(t)`` is in m; if ``vectorised`` is
+    true, it also accepts arrays of times. ``release`` is the time in s at which the hand lets go.
     """
 
     mass: float = 0.0

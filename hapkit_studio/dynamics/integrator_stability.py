@@ -71,7 +71,7 @@ _RADIUS: dict[str, Callable] = {
 def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarray:
     """Return the largest growth factor of one step; above 1 the motion grows.
 
-    method is one of INTEGRATORS. step and ratio broadcast together.
+    ``method`` is one of INTEGRATORS. ``step`` and ``ratio`` broadcast together.
     """
     return _RADIUS[method](np.asarray(step, float), np.asarray(ratio, float))
 

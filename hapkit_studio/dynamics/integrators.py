@@ -135,9 +135,9 @@ def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, conta
 def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return (x, v) after h seconds, and the acceleration at the start of the step.
 
-    method is the number of a method in INTEGRATORS. ``before`` is the acceleration one step earlier, for the
-    lecture's rule. Coulomb friction in N reduces the velocity at the end of the step, at most to 0; the exact
-    method computes when the mass stops.
+    ``method`` is the number of a method in INTEGRATORS. ``before`` is the acceleration one step earlier, for
+    the lecture's rule. Coulomb friction in N reduces the velocity at the end of the step, at most to 0; the
+    exact method computes when the mass stops.
     """
     now = acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
     if method == _EXACT:
@@ -161,7 +161,7 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
 def glide(h, m, b, k, force, x, v):
     """Compute x, v (n,) from their first values by one exact map per step, without contact.
 
-    force (n,) is held during a step.
+    ``force`` (n,) is held during a step.
     """
     whole, q, u = transition(m, b, k, h), x[0], v[0]
     for n in range(x.size - 1):
@@ -190,11 +190,10 @@ class Body:
 
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
-    """Compute x, v (n,) from their first values; force and touch (n,) are held during a step.
+    """Compute x, v (n,) from their first values; ``force`` and ``touch`` (n,) are held during a step.
 
-    The computation is repeated ``times`` times, to measure its speed.
-    body contains the numbers of Body. Static friction acts on a body at rest, kinetic friction on a moving
-    one.
+    The computation is repeated ``times`` times, to measure its speed. ``body`` contains the numbers of Body.
+    Static friction acts on a body at rest, kinetic friction on a moving one.
     """
     m, b, k, contact = body[0], body[1], body[2], body[3]
     reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
@@ -264,9 +263,9 @@ def integrate(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of m x'' = force - damping x' - stiffness x by one of INTEGRATORS.
 
-    mass is in kg, damping in N·s/m, stiffness in N/m, x0 in m, v0 in m/s, dt and seconds in s, force in N.
-    Row k is at t = k dt, and row 0 is the start; n = round(seconds / dt) + 1. A diverging motion ends as inf
-    or NaN. Raise ParameterError.
+    ``mass`` is in kg, ``damping`` in N·s/m, ``stiffness`` in N/m, ``x0`` in m, ``v0`` in m/s, ``dt`` and
+    ``seconds`` in s, ``force`` in N. Row k is at t = k dt, and row 0 is the start; n = round(seconds / dt) +
+    1. A diverging motion ends as inf or NaN. Raise ParameterError.
     """
     number = _METHOD.check(method)
     given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}

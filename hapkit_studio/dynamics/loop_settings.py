@@ -87,12 +87,12 @@ def check_delay(rate: float, delay: float) -> None:
 class LoopSettings:
     """The settings of a loop, the hand and the device; raise ParameterError for impossible values.
 
-    rate is in Hz, and delay in s from a sample to its force. estimator is the velocity estimator: "iir" or
-    ("iir", {"cutoff": 20.0}). controller is True if the passivity controller is on. hand is the name of a
-    grip; own_grip replaces it by a grip without a name. The device has mass in kg, viscous in N·s/m, coulomb
-    in N, the sensor quantum in m, and the force limit max_force in N. model selects the modelled terms of a
-    simulated device. ``where`` is the renderer, computer or board. board_rate is in Hz; None means the
-    highest rate that the law allows.
+    ``rate`` is in Hz. ``delay`` is the time in s from a sample to its force. ``estimator`` is the velocity
+    estimator: "iir" or ("iir", {"cutoff": 20.0}). ``controller`` is True if the passivity controller is on.
+    ``hand`` is the name of a grip; ``own_grip`` replaces it by a grip without a name. The device has ``mass``
+    in kg, ``viscous`` in N·s/m, ``coulomb`` in N, the sensor's ``quantum`` in m, and the force limit
+    ``max_force`` in N. ``model`` selects the modelled terms of a simulated device. ``where`` is the renderer,
+    computer or board. ``board_rate`` is in Hz; None means the highest rate that the law allows.
     """
 
     rate: float = RATE.default

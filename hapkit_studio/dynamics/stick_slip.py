@@ -142,8 +142,8 @@ def slide(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of a mass with friction and a fixed spring under forces (n,) in N.
 
-    Row k is at t = k dt, and row 0 is the start. applied[k] acts from row k to the next row. Models and their
-    options are in MODELS. Raise ParameterError.
+    Row k is at t = k dt, and row 0 is the start. ``applied[k]`` acts from row k to the next row. Models and
+    their options are in MODELS. Raise ParameterError.
     """
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(f"The friction model must be one of {', '.join(MODELS)}, not {model!r}.")
@@ -183,9 +183,10 @@ def stick_slip(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v, force), each (n,), of a mass at rest that an initially slack spring pulls.
 
-    speed is that of the spring's end in m/s. force is that of the spring on the mass in N. mass is in kg,
-    spring in N/m, static and kinetic friction in N, viscous in N·s/m, dt and seconds in s. Row k is at t = k
-    dt; n = round(seconds / dt) + 1. Models and their options are in MODELS. Raise ParameterError.
+    ``speed`` is that of the spring's end in m/s. ``force`` is that of the spring on the mass in N. ``mass``
+    is in kg, ``spring`` in N/m, ``static`` and ``kinetic`` friction in N, ``viscous`` in N·s/m, ``dt`` and
+    ``seconds`` in s. Row k is at t = k dt; n = round(seconds / dt) + 1. Models and their options are in
+    MODELS. Raise ParameterError.
     """
     number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
     drawn = number["spring"] * number["speed"] * instants(number["seconds"], number["dt"])
@@ -208,7 +209,7 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
     """Return the relative error of the mean time between downward crossings of the middle of the force.
 
-    force is (n,). Return inf if there are no crossings.
+    ``force`` has the shape (n,). Return inf if there are no crossings.
     """
     late = force[len(force) // 4 :]
     if not np.isfinite(force).all() or np.ptp(late) < _SMALLEST_AMPLITUDE:

@@ -163,7 +163,10 @@ class Environment:
         return numbers
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the terms of the device that the scene needs; () if unknown, e.g. at other values."""
+        """Return the terms of the device that the scene needs; () if they are unknown.
+
+        They are known only at the default values.
+        """
         return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:

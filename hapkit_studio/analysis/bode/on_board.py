@@ -38,9 +38,9 @@ _BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults that a busy computer cause
 def measure(simulated: Bode, board_rate: float | None = None, progress: Progress = no_progress) -> Bode:
     """Return the response of the computer and of the board for a scene, excited as in a simulated diagram.
 
-    The estimator and the added delay are those of the diagram's first setting. board_rate is in Hz; None uses
-    the law's highest rate on the board. If the board cannot render the law, the board's curve is missing and
-    the notes give the reason. Raise StudioError.
+    The estimator and the added delay are those of the diagram's first setting. ``board_rate`` is in Hz; None
+    uses the law's highest rate on the board. If the board cannot render the law, the board's curve is missing
+    and the notes give the reason. Raise StudioError.
     """
     setting = simulated.curves[0].setting
     request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)

@@ -30,9 +30,9 @@ def measure(
 ) -> Bode:
     """Return the response of a scene in several loops; raise ParameterError, LawError if the law is too slow.
 
-    amplitude is in m; None uses the default, reduced until the motor stays below its limit max_force in N.
-    place is in m; None uses the scene's centre, or a point inside its surface. A nonlinear law is excited by
-    single sines.
+    ``amplitude`` is in m; None uses the default, reduced until the motor stays below its limit ``max_force``
+    in N. ``place`` is in m; None uses the scene's centre, or a point inside its surface. A nonlinear law is
+    excited by single sines.
     """
     reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
     while True:

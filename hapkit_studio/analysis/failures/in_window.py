@@ -70,8 +70,8 @@ def pulled(
 ) -> Live:
     """Return ``make(value)`` with an instruction that states what the released handle does.
 
-    make returns the live scene for a value of the knob, whose limit is ``bound``. ``key`` is the parameter
-    that the knob sets.
+    ``make`` returns the live scene for a value of the knob, whose limit is ``bound``. ``key`` is the
+    parameter that the knob sets.
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]

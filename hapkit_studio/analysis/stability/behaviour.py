@@ -35,7 +35,7 @@ _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
 # Numbers of simulated samples that bound the computing time: for refining the boundary, for further
-# oscillations, and for the oscillations of a damper in a grip, which has more of them.
+# oscillations, and for the oscillations of a damper in a grip, which are more numerous.
 _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
 # Relative tolerances: oscillations with closer amplitudes are treated as one, and closer frequencies are
 # shown as one.
@@ -140,7 +140,7 @@ class Behaviour:
 
     @property
     def swing(self) -> str:
-        """Return frequency and amplitude, as in " at 30 Hz (±2.3 mm, the motor's limit)"; "" if it settles.
+        """Return frequency and amplitude, as in " at 30 Hz (±2.3 mm, the motor's limit)", or "".
 
         The text is " at 14 to 16 Hz (±0.05 to ±0.5 mm)" if several limit cycles exist.
         """

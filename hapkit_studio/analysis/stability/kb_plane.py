@@ -41,8 +41,8 @@ class Points:
     """A measured boundary: stiffness (n,) in N/m at damping (n,) in N·s/m.
 
     ``real`` is True if friction and sensor steps were included. Up to the boundary a spring is stable. With
-    the passivity controller its motion is bounded instead: ``swing`` (n,) is then the final amplitude in m at
-    the boundary, NaN if there is none; without the controller it is None.
+    the passivity controller the motion of the spring is bounded instead. ``swing`` (n,) is then the final
+    amplitude in m at the boundary, NaN if there is none; without the controller, ``swing`` is None.
     """
 
     damping: np.ndarray

@@ -68,9 +68,9 @@ def stiffness_limit(
 ) -> float:
     """Return the exact stiffness in N/m below which every virtual spring is stable; 0 if there is none.
 
-    mass is in kg, viscous and virtual damping in N·s/m, rate in Hz, delay in s. hand is a Hand, a Grip, a
-    name, or None for a released handle. quantum in m is that of the sensor, for which the velocity estimator
-    is designed. Raise ParameterError.
+    ``mass`` is in kg, ``viscous`` and the virtual ``damping`` are in N·s/m, ``rate`` is in Hz, and ``delay``
+    in s. ``hand`` is a Hand, a Grip, a name, or None for a released handle. ``quantum`` in m is that of the
+    sensor for which the velocity estimator is designed. Raise ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     return sampled_loop.stiffness_limit(loop, damping)

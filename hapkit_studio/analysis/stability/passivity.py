@@ -57,8 +57,8 @@ def passive_stiffness(
 ) -> np.ndarray:
     """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if there is none.
 
-    viscous is the handle's damping in N·s/m, rate is in Hz, delay in s. quantum in m is that of the sensor,
-    for which the estimator is designed. Raise ParameterError for a nonlinear estimator.
+    ``viscous`` is the handle's damping in N·s/m, ``rate`` is in Hz, and ``delay`` in s. ``quantum`` in m is
+    that of the sensor for which the estimator is designed. Raise ParameterError for a nonlinear estimator.
     """
     angles = _angles(rate, delay, estimator, quantum)
     return np.array([_largest(angles, viscous, float(virtual)) or 0.0 for virtual in damping])

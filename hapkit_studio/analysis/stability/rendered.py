@@ -145,8 +145,8 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
 def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the amplitude (n,) in m in the last third of the time after a release at 200.3 sensor steps.
 
-    stiffness and damping (n,) are those of ``judge``. The amplitude is NaN if the stiffness is not positive
-    and finite.
+    ``stiffness`` and ``damping`` (n,) are those of ``judge``. The amplitude is NaN if the stiffness is not
+    positive and finite.
     """
     swing, there = np.full(stiffness.size, math.nan), np.isfinite(stiffness) & (stiffness > 0.0)
     found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], cell_batch.NEVER_SMALL)
