@@ -15,8 +15,8 @@ FAR_BEHIND = 1024  # samples: an acknowledgement that is farther behind is inval
 class Delays(NamedTuple):
     """The last delays in s of computer and board, (2, DELAYS_KEPT), and their total numbers (2,).
 
-    ``last`` contains the number of the sample that the force in effect answered, and 1 if the next force
-    answers the next sample.
+    ``last`` contains the number of the sample that the force in effect answered, and 1 if the age of that
+    force was known.
     """
 
     values: np.ndarray
