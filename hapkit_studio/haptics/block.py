@@ -1,7 +1,8 @@
 """The parameter block passes settings to the loop; one writer and one reader use it, and neither ever waits.
 
 It is a seqlock: the sequence number is odd while the writer writes. The reader copies the block and reads the
-number again. If the number has changed, the reader tries again in its next tick. The newest block is used.
+number again. If the number has changed, the reader tries again in its next tick. The loop uses only the
+newest block.
 """
 
 from typing import NamedTuple

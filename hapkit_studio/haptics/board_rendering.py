@@ -1,7 +1,7 @@
 """Rendering on the board: the messages that the computer sends, and the rows made from telemetry.
 
-The computer sends settings, the law, changed constants and keep-alive messages. Each of these functions
-writes its frames to ``frame`` and returns their length in bytes.
+The computer sends settings, the law, changed constants and keep-alive messages. A function that sends
+something writes its frames to ``frame`` and returns their length in bytes.
 """
 
 import math
@@ -211,8 +211,8 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Start the handover at zero force; send zero and direction first if the user has changed them.
 
-    In the board's settings, the zero is a sensor count before the direction is applied. The force is a force
-    after the direction is applied.
+    In the board's settings, the zero is a sensor count before the direction is applied. The force is the
+    force after the direction is applied.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1
@@ -233,7 +233,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the settings until the board confirms them; from then on it uses the computer's zero."""
+    """Send the settings until the board confirms them; the board then uses the computer's zero."""
     state = conn.state
     if conn.reader[codec.SETTINGS_FRAMES] != state.settings_seen:
         state.zero, state.sign = 0.0, 1.0

@@ -293,8 +293,6 @@ class Engine:
 
         ``rate`` is the board's rate in Hz; None selects the fastest rate for the law. The force fades out and
         in again. Raise ParameterError if it is known that the board cannot render.
-
-        The force fades out and in again. Raise ParameterError if it is known that the board cannot render.
         """
         if where not in RENDERERS:
             raise ParameterError(f"The renderer must be {' or '.join(RENDERERS)}, not {where!r}.")
@@ -445,7 +443,10 @@ class Engine:
         return RingReader(self._ring)
 
     def renders(self, environment: Environment) -> bool:
-        """Return True if the newest rows contain this environment's state, so the tick has switched to it."""
+        """Return True if the newest rows contain this environment's state.
+
+        This means that the tick has switched to the environment.
+        """
         law = int(self.arrays.laws[self.arrays.tick.slot])
         return environment is self.environment and law == environment.force.compiled().address
 

@@ -95,7 +95,7 @@ MOST_ADDED = 255
 # it hangs
 GONE_AFTER = 1.0
 MOTOR_ON_WITHIN = 0.3  # s after which a board that receives answers has certainly switched its motor on
-# the computer cannot render if this many consecutive answers over this many s were late
+# number of consecutive late answers, and s that they span, from which on the computer cannot render
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
 REPEAT_AFTER = 0.1  # s after which a message that had no effect is repeated
 CLOCK_SLACK = 0.1  # s by which the board's clock may run ahead of the computer's clock between two frames

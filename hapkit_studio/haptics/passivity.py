@@ -43,7 +43,7 @@ COUNTS = 4.0
 # is given.
 CELL, A_TICK, MOST_A_TICK = 0.125e-3, 4, 64
 A_METRE = 1.0 / CELL
-# Number of loop iterations that one call of the law, and all calls in a tick, may take. A slower law is not
+# Largest number of loop iterations in one call of the law, and in all calls of a tick. A slower law is not
 # called, and the energy that it can give remains unknown.
 MOST_PASSES, PASSES_A_TICK = 250, 2000
 # largest fraction of a period, in a live loop, for the loop's call of the law and the observer's calls

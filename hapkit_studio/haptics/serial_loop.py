@@ -168,7 +168,8 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
 def encode_zero(conn: Link) -> int:
     """Encode zero force, the last message of every loop; a rendering board is told to stop rendering first.
 
-    After a second message the board stops at once; after a single one its force fades out over 30 ms.
+    After a single such message the board's force fades out over 30 ms; after a second one the board stops at
+    once.
     """
     length = 0
     if conn.state.handover >= link.SENDING_LAW:

@@ -28,7 +28,7 @@ OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
 total within OVERRUN_WINDOW, or if one call takes MOST_ONCE. A single call may take some ms if the kernel must
 clear a page."""
 LONGEST_TURN = 20e-6
-"""Largest s of processor time of one loop iteration of a law, and of the rest of a call: about 1,000 sines.
+"""Largest processor time in s of a loop iteration of a law, and of the rest of a call: about 1,000 sines.
 
 A longer time is not attributed to the law: on a shared processor, the measured time may include that of other
 threads, 4 ms at once.
