@@ -534,7 +534,7 @@ class _Section:
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are live before each instruction and at the end."""
-        # arguments stay live, because a caller may reuse those of its previous call
+        # arguments stay live, because a caller may reuse the arguments of its previous call
         lasting = self._bits(self.function.lasting) if self.function else 0
         used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
         states = self._bits(name for name in used if name.startswith("s["))
@@ -583,7 +583,9 @@ def _jumps_to_next(codes: Sequence[Code], at: int) -> bool:
 
 
 def _lay_out(sections: Sequence[_Section]) -> None:
-    """Assign slots after the constants to local variables; variables live at the same time do not share one.
+    """Assign slots after the constants to local variables.
+
+    Variables that are live at the same time do not share a slot.
 
     The variables of a function come after those of its callees.
     """

@@ -125,7 +125,10 @@ class Law:
 
 
 class _Option(float):
-    """An option of a choice: it is equal to the option's name, and in a helper function to its index."""
+    """An option of a choice.
+
+    It equals the option's name; in a helper function it equals the option's index.
+    """
 
     def __new__(cls, value: float, choice: Choice):
         made = super().__new__(cls, value)

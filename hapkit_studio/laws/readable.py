@@ -13,9 +13,10 @@ _PERIOD = t.Var("dt")
 
 
 def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> t.Specialised:
-    """Return a law whose choices, given by index, are resolved; a call is an operation named ``name()``.
+    """Return a law whose choices, given by index, are resolved.
 
-    The second and further results of a call are operations ``.a``, ``.b`` … on this operation.
+    A call becomes an operation named ``name()``. The second and further results of a call become operations
+    ``.a``, ``.b`` … on this operation.
     """
     inlined: set[str] = set()
     moving: set[tuple[str, str]] = set()

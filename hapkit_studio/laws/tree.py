@@ -174,7 +174,7 @@ Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call
 
 @dataclass
 class Function:
-    """A function with several calls; its parameters and results are variables with these names."""
+    """A function that is called several times; its parameters and results are variables with these names."""
 
     key: str
     name: str
