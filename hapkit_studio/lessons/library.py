@@ -26,12 +26,12 @@ class Library:
 
 
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
-    """Return the studio's lessons and those of a folder; the latter replace studio lessons of the same name.
+    """Return the studio's lessons and those of a folder.
 
-    If ``folder`` is None, the folder in the lab's settings is used, if there is one; if that folder is
-    missing (for example on a share that is not mounted), the library's ``errors`` contain a message.
-    ``known`` contains the environments by key; None means the environments of the library. Raise
-    ParameterError if ``folder`` is missing.
+    A lesson of the folder replaces a studio lesson of the same name. If ``folder`` is None, the folder in the
+    lab's settings is used, if there is one; if that folder is missing (for example on a share that is not
+    mounted), the library's ``errors`` contain a message. ``known`` contains the environments by key; None
+    means the environments of the library. Raise ParameterError if ``folder`` is missing.
     """
     found, errors = list[Lesson](), list[str]()
     if folder is None:
@@ -57,7 +57,10 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
 
 
 def lesson_named(name: str, folder: str | Path | None = None) -> Lesson:
-    """Return a lesson by its key or its file; raise ParameterError, or LessonError with the line number."""
+    """Return a lesson by its key or its file.
+
+    Raise ParameterError for an unknown key, and LessonError with the line number for an invalid file.
+    """
     path = Path(name).expanduser()
     if path.suffix == SUFFIX:
         return read(path)

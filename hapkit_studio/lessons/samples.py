@@ -29,7 +29,7 @@ _BAD = rows.STOPPED | rows.FAULT | rows.STALE | rows.GAP
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples as columns (n,) in SI units with the names of ``simulate``, and the law's state (n, values).
+    """Samples as columns (n,) in SI units, named as in ``simulate``, and the law's state (n, values).
 
     ``time`` is in s after the start of the recording. ``log`` has the settings, with the time from which they
     are valid.
