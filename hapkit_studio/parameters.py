@@ -149,7 +149,10 @@ AnyParameter = Parameter | Choice
 
 
 def resolve(parameters: Iterable[AnyParameter], values: Mapping[str, object], owner: str) -> list[float]:
-    """Return one number per parameter, with defaults; raise ParameterError for unknown or invalid ones."""
+    """Return one number per parameter; defaults replace missing values.
+
+    Raise ParameterError for unknown keys and invalid values.
+    """
     declared = {p.key: p for p in parameters}
     for key in values:
         if key not in declared:
