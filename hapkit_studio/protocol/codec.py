@@ -252,8 +252,8 @@ def _finish(state, buffer, out, rows):
 def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: np.ndarray) -> int:
     """Decode the first n received bytes; return the number of rows filled.
 
-    ``out`` is float64 (rows, SAMPLE_WIDTH), with one row in SI units for each valid Sample or Telemetry and
-    rows >= rows_for(n).
+    ``out`` is float64 (rows, SAMPLE_WIDTH), and rows is at least rows_for(n). Each valid Sample or Telemetry
+    gives one row in SI units.
     """
     rows = 0
     for i in range(n):
