@@ -50,7 +50,10 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording's file, samples, bytes and duration in s; ``error`` is the reason if it ended by itself."""
+    """A recording's file, samples, bytes and duration in s.
+
+    ``error`` is the reason if the recording ended by itself.
+    """
 
     path: Path
     samples: int = 0
