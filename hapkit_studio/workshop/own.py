@@ -136,7 +136,7 @@ def _code(text: str) -> list[str]:
 
 
 def switched_off(environment: Environment) -> list[str]:
-    """Return one line that names the disabled function of a user's file; empty if none is disabled."""
+    """Return a list with one line that names the disabled function of a user's file, or an empty list."""
     functions = environment.functions if isinstance(environment, OwnEnvironment) else None
     return [functions.off] if functions and functions.off else []
 

@@ -43,9 +43,10 @@ def without_line(error: LawError) -> str:
 
 
 def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
-    """Return the error raised while a file was executed, with the last line of this file in the traceback.
+    """Return the LawError for an exception that was raised while a file was executed.
 
-    ``otherwise`` is the line if the traceback does not contain the file.
+    Its line is the last line of this file in the traceback, or ``otherwise`` if the file is not in the
+    traceback.
     """
     line, inside = _line_in(error.__traceback__, file)
     line = line or otherwise

@@ -242,7 +242,11 @@ def sketch_path(wanted: str | Path) -> Path:
 
 
 def write_sketch(wanted: str | Path, text: str, over: bool = False) -> Path:
-    """Write a sketch and return its path; raise OSError, or ParameterError if it exists and not ``over``."""
+    """Write a sketch and return its path.
+
+    Raise ParameterError if the sketch exists and ``over`` is false, and OSError if the file cannot be
+    written.
+    """
     path = sketch_path(wanted)
     if path.exists() and not over and not is_special(path):
         raise ParameterError(f"{path} exists already. Choose another name, or overwrite it with --force.")
