@@ -26,7 +26,7 @@ def run(subject, seed, rate, conditions=CONDITIONS[:1]):
 
 
 def recovered(runs, rate):
-    """Return how many runs have an interval that contains the subject's intercept, and how many its slope."""
+    """Return in how many runs the interval contains the subject's intercept, and in how many the slope."""
     subject = Subject(intercept=0.15, slope=0.16, noise=0.03)
     found = [pointing.evaluate(run(subject, seed, rate))[0] for seed in range(runs)]
     return sum(one.intercept.holds(0.15) for one in found), sum(one.slope.holds(0.16) for one in found)
@@ -117,7 +117,7 @@ def test_the_effective_width_of_a_normal_distribution_contains_96_percent():
 
 
 def test_the_effective_width_of_few_trials_is_unbiased():
-    """The mean logarithm of the width from four trials is that of the true width."""
+    """The mean logarithm of the width from four trials equals the logarithm of the true width."""
     many = trials_about(0.001, 4000)
     found = [pointing._cell(0.020, 0.004, many[at : at + 4]).effective_width for at in range(0, 4000, 4)]
     assert np.mean(np.log(found)) == pytest.approx(math.log(0.004133), abs=0.04)

@@ -114,7 +114,7 @@ def test_a_slope_needs_motion():
 
 
 def test_the_residual_of_a_regression_line_agrees_with_the_closed_form():
-    """The best line of x² from 0 to 1 is x − 1/6, so the residual's RMS is 1/√180; that of x² is 1/√5."""
+    """The best line of x² from 0 to 1 is x − 1/6, so the residual's RMS is 1/√180; the RMS of x² is 1/√5."""
     x = np.linspace(0.0, 1.0, 4001)
     every = np.ones(len(x), dtype=bool)
     found = line(x, x**2, every)

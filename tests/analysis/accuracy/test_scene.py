@@ -187,14 +187,14 @@ def scenes(*quick):
 
 @cache
 def ideals(key):
-    """Return the rows of the loop in plain Python for every hand, if all parts of the scene are ideal."""
+    """Return the rows of the loop in plain Python for every hand, with ideal parts of the scene."""
     q = computed(key).question
     at = q.device, q.environment, q.with_options(q.exact)
     return {trial: rendered(trial, *at) for trial in trials.scripts(q.environment)}
 
 
 def plain_error(key, option, hands=(), real=scene.PARTS):
-    """Return an option's error in JND by the loop in plain Python, for the hand with the largest error."""
+    """Return an option's largest error in JND over the hands, computed by the loop in plain Python."""
     q, ideal = computed(key).question, ideals(key)
     values = q.with_options(option.options if "method" in real else q.exact)
     told = [
@@ -294,7 +294,10 @@ def test_every_row_grows_just_above_its_stiffness_limit_and_not_below(key):
 
 @pytest.mark.parametrize("key", scenes("spring", "wall"))
 def test_the_recommended_row_is_the_default_with_the_least_error_of_all_admissible_ones(key):
-    """The rule of thumb would select implicit Euler for the puck on the computer, with 3 times the error."""
+    """The rule of thumb would select implicit Euler for the puck on the computer.
+
+    Implicit Euler has 3 times the error.
+    """
     usual = computed(key)
     wanted = 1.5 * usual.question.stiffness
     # this is the initial state of the window

@@ -22,7 +22,7 @@ def some_setting(rng):
 
 
 def passivity(setting, shares):
-    """Return dampings, as fractions of the largest passive one, and the passivity line at these dampings."""
+    """Return dampings, as shares of the largest passive damping, and the passivity line at them."""
     sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
     damping = passive_damping(setting.viscous, *sampling) * np.asarray(shares)
     return damping, passive_stiffness(setting.viscous, damping, *sampling)

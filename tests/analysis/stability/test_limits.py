@@ -155,9 +155,9 @@ def largest_root(loop, stiffness):
 
 
 def intervals_checked_by_roots(loop):
-    """Return the stable intervals.
+    """Return the stable intervals after checking them.
 
-    The roots of 300 springs, and of springs 0.1 % beside each end, confirm them.
+    They agree with the roots of 300 springs, and of springs 0.1 % beside each end.
     """
     found = stable_stiffnesses(**loop)
     ends = np.array([end for interval in found for end in interval if end > 0.0])

@@ -82,7 +82,7 @@ def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, r
 
 
 def test_an_object_too_heavy_to_move_is_a_wall():
-    """The limit equals that of a released handle on a spring whose other end is fixed."""
+    """The limit equals the limit of a released handle on a spring whose other end is fixed."""
     setting = LoopSettings(viscous=0.5, delay=0.4e-3)
     given = {"mass": 5.0, "stiffness": 2000.0, "damping": 20.0, "integrator": "exact"}
     assert contact_limit(setting, "mass_spring_damper", given) == pytest.approx(

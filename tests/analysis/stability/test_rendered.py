@@ -179,7 +179,7 @@ def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
 
 
 def test_with_controller_the_boundary_gives_the_bounded_amplitude():
-    """The amplitude is that of a delayed spring without friction, rendered for the same time."""
+    """The amplitude equals that of a delayed spring without friction, rendered for the same time."""
     setting, damping = LoopSettings(delay=1e-3, controller=True), np.array([0.0])
     points = rendered.measure_points(setting, damping)
     stiffness = points.stiffness[0]

@@ -29,7 +29,7 @@ def asked(key, setting=LATE, **values):
 
 @pytest.mark.slow
 def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
-    """The wall of 5,000 N/m with 1 ms of delay is beyond its limit, but a released handle leaves it."""
+    """A wall of 5,000 N/m is too stiff for 1 ms of delay, but a released handle leaves the wall."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
     assert held.startswith("In your hand, a knock of more than 0.")
