@@ -58,7 +58,9 @@ def processors() -> tuple[int, int]:
 
 
 def measure(prefix: list[str]) -> tuple[str, int, dict[str, np.ndarray]]:
-    """Return the priority, its level, and for each kind the lateness in µs (blocks, POINTS) or the fps.
+    """Return the priority, its level, and the lateness in µs (blocks, POINTS) of each program.
+
+    The key "fps" has the frame rates (blocks,).
 
     Loop and cyclictest run at the same time on one processor each, and exchange processors after every block,
     so that the host's load affects both equally.

@@ -94,7 +94,7 @@ def mujoco_step() -> float | None:
 
 
 def run() -> list[Row]:
-    """Return the row of the tick, with MuJoCo's step as reference, and that of the tick with the paddle."""
+    """Return two rows: the tick, with MuJoCo's step as reference, and the tick with the paddle."""
     alone, whole, reference = tick_alone(), tick_with_paddle(), mujoco_step()
     ratio = reference / alone if reference else None
     reached = alone < 60.0 and (ratio is None or ratio >= 25.0)
