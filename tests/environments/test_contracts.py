@@ -34,7 +34,7 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40
     assert "\n" not in e.summary + e.title
-    # ``scene`` may name another environment, whose icon and drawing are used; the default has plain ones
+    # ``scene`` may name another environment, whose icon and drawing are used; by default they are plain
     if e.scene != key:
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:

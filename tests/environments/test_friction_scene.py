@@ -88,8 +88,8 @@ def test_models_by_speed_alone_do_not_stick(model):
 def dragged(path, static, kinetic, stiffness, shock):
     """Return the force (n,) in N of a tether whose anchor follows every sample of a path (n,).
 
-    ``shock`` is the damping's force in N per m between samples. The implicit step is that of Kikuuwe et al.
-    2006.
+    ``shock`` is the damping's force in N per m between samples. The implicit step is taken from Kikuuwe et
+    al. 2006.
     """
     anchor = before = path[0]
     out, stuck = [], True
@@ -224,7 +224,10 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     ],
 )
 def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
-    """The limits are those of theory §1; that of the smoothed model is 2 m/T + 4 b/3, where B n0 / T = 1."""
+    """The limits are those of theory §1.
+
+    The limit of the smoothed model is 2 m/T + 4 b/3, where B n0 / T = 1.
+    """
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
         one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")

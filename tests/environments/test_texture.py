@@ -81,9 +81,9 @@ def test_stored_grains_follow_the_handle(rng):
 
 
 def test_sandpaper_takes_half_the_cycles_and_more_than_twice_the_rate_on_the_board():
-    """The law keeps its grains; computing both in every tick would take 9,468 cycles and allow 500 Hz.
+    """The law stores the slope between two grains; computing it in every tick would take 9,468 cycles.
 
-    The board's delay is 135 µs.
+    With 9,468 cycles the rate would be 500 Hz. The board's delay is 135 µs.
     """
     values = TEXTURE.values({"kind": "sandpaper"})
     plan = BoardPlanner(ARENA).plan(PlanRequest(TEXTURE, values))
