@@ -56,7 +56,10 @@ def drive(folder, kit, **more):
 
 
 def force_at(kit, steps):
-    """Return the force in N of steps (n,) of duty above the dead band, linear between a table's points."""
+    """Return the force in N at ``steps`` (n,) of duty above the dead band.
+
+    Between the points of a table the force is linear.
+    """
     share = np.clip(steps / (255.0 - kit.dead_band), 0.0, 1.0)
     if kit.motor_map != MotorMap.TABLE:
         return profiles.full_force(kit) * share ** POWER[kit.motor_map]

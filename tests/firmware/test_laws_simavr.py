@@ -95,7 +95,7 @@ def twin():
 
 
 def hold(twin: Machine, program: Program, found: Run) -> Run:
-    """Assert that every bit equals that of the machine on this computer; return the run from its first tick.
+    """Assert that the bits equal those of the machine on this computer; return the run from its first tick.
 
     The last force may be NaN. On a busy line, the first tick's frame may be missing; the handle was at rest
     then, as in the next tick.
@@ -138,7 +138,7 @@ def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
 
 
 def hold_to_python(environment, values, twin: Machine, folder) -> np.ndarray:
-    """Assert that the board's forces agree with those of the Python law; return them."""
+    """Assert that the board's forces agree with those of the Python law; return the board's forces."""
     rate = rate_of(board_runs.program(environment, values, 1000, ARENA))
     assert rate
     program = board_runs.program(environment, values, rate, ARENA)
