@@ -39,7 +39,10 @@ def entry_that(make):
 
 
 class Plugged:
-    """A factory that raises ``error``, or returns a device if it is None; ``tries`` counts its calls."""
+    """A factory that raises ``error`` or, if ``error`` is None, returns a device.
+
+    ``tries`` counts its calls.
+    """
 
     def __init__(self, error=None):
         self.error, self.tries = error, 0

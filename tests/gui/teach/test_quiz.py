@@ -53,7 +53,10 @@ def test_only_laws_of_a_single_spring_or_damper_have_a_quiz():
 
 
 def test_values_are_multiples_of_the_step_from_half_to_four_times_the_default():
-    """For the wall (default 250 N/m, step 10 N/m), they go from 120 (125 rounded to even) to 1,000 N/m."""
+    """The values of the wall go from 120 (125 rounded to even) to 1,000 N/m.
+
+    The default is 250 N/m, the step 10 N/m.
+    """
     seen = set()
     for seed in range(40):
         drawn = draw(LIBRARY["wall"].parameters[0], random.Random(seed))
