@@ -74,7 +74,7 @@ class RendersItself(FakeKit):
 
     @property
     def told(self):
-        """Return the generation in telemetry: that of the last change, or else of the law."""
+        """Return the generation in telemetry: that of the last change, or of the unchanged law."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
 
