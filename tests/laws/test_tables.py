@@ -1,4 +1,4 @@
-"""Tables of a file, indexed in a law, have the same numbers, limits and faults in all three outputs."""
+"""Tables of a file have the same numbers, limits and faults in the loop, on the board and in the sketch."""
 
 import math
 import sys
