@@ -95,7 +95,7 @@ def test_over_speed_latches_only_if_requested():
     start = hs.SimulatedHapkit(initial_velocity=5.0)
     assert not hs.simulate("damping", device=start, seconds=0.02).faults
     run = hs.simulate("damping", device=start, seconds=0.02, max_speed=3.0)
-    assert run.faults == (f"Fault: over-speed, {run.velocity[1]:.1f} m/s (limit 3.0 m/s).",)
+    assert run.faults == (f"Fault: the handle moved too fast, {run.velocity[1]:.1f} m/s (limit 3.0 m/s).",)
     assert run.applied_force[0] == 0.0
     assert not run.applied_force[1:].any()
 

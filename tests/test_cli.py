@@ -211,7 +211,7 @@ WRONG = [
     ("run wall --csv /no-such-folder/run.csv", "--csv: there is no folder /no-such-folder."),
     ("run wall --csv .", "--csv takes the path of a file, not '.'"),
     ("run wall --plot run.xyz", "A picture must be one of"),
-    ("loop-test unplugged", "There is no device 'unplugged'; available: simulated"),
+    ("loop-test unplugged", "There is no device 'unplugged'. Available devices: simulated"),
     ("loop-test --rate 20", "Servo rate must be between 100 and 10,000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds must be between 0.1 and 86,400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
@@ -295,7 +295,7 @@ class Gone:
     [
         (arrays.DEVICE_GONE, "Check the USB cable, then try again."),
         (arrays.SLOW_LINK, "Let the board render (--render board), or use a faster port."),
-        (arrays.SLOW_LAW, "Simplify the law or lower the rate."),
+        (arrays.SLOW_LAW, "Simplify the law or lower the servo rate."),
     ],
 )
 def test_a_final_fault_ends_a_run_and_keeps_its_rows(code, remedy):
@@ -416,7 +416,7 @@ def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
 def test_a_fault_ends_a_run_with_its_own_exit_code(capsys, monkeypatch):
     words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
     assert run(capsys, *words)[0] == 0
-    fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
+    fault = Fault(arrays.OVER_SPEED, "Fault: the handle moved too fast, 5.2 m/s (limit 5.0 m/s).")
     monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
     monkeypatch.setattr(Engine, "heard", False, raising=False)
     play = live_run.play

@@ -61,4 +61,4 @@ def named(key: str) -> Device:
         device = kind.unlisted(key)
         if device is not None:
             return device
-    raise ParameterError(f"There is no device {key!r}; available: {', '.join(entries)}.")
+    raise ParameterError(f"There is no device {key!r}. Available devices: {', '.join(entries)}.")

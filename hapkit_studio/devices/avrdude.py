@@ -62,7 +62,9 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:
-            raise AvrdudeMissingError(f"{given} is not a program. Enter the path of avrdude itself.")
+            raise AvrdudeMissingError(
+                f"{given} is not a program. Enter the path of avrdude, the program that writes the firmware."
+            )
         return _avrdude(Path(found))
     folders: list[str | None] = [None]  # None means the PATH
     for pattern in _FOLDERS.get(system, ()):
@@ -187,6 +189,6 @@ def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:
     """Return the error for a board whose boot loader answers at none of the baud rates."""
     tried, name = " or ".join(f"{speed:,}" for speed in speeds), port_errors.port_name(port)
     return FlashError(
-        f"The boot loader on {name} does not answer at {tried} baud. Unplug the board, plug it in, flash "
-        "again; a chip without a boot loader needs one first (Arduino IDE: Tools, Burn Bootloader)."
+        f"The boot loader on {name} does not answer at {tried} baud. Unplug the board, plug it in, then "
+        "flash again. If the chip has no boot loader yet, write one (Arduino IDE: Tools, Burn Bootloader)."
     )

@@ -85,7 +85,7 @@ class Device:
 
     def probe(self) -> dict[str, Any]:
         """Open, query and close the device; return a ``text`` for a person, ``ok``, and the numbers."""
-        return {"ok": True, "text": "Always available: part of the studio."}
+        return {"ok": True, "text": "This device is part of Hapkit Studio and always available."}
 
     # --- commands; a device that lacks the capability ignores them
     def report_opening(self, report: Callable[[str], object]) -> None:

@@ -294,7 +294,9 @@ class BoardRunner:
                     if handle.t >= seconds or until():
                         break
                     if time.monotonic() > deadline:
-                        raise AbortedError("The board replies too slowly. Force is zero. Connect it again.")
+                        raise AbortedError(
+                            "The board replies too slowly. Force is zero. Connect the board again."
+                        )
         finally:
             self.progress = 0.0, 0.0
         return track_of(received, of_settings(self.settings))
@@ -319,11 +321,13 @@ class BoardRunner:
 def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
     """Raise AbortedError if the handle is too far or too fast, or the board refuses the force."""
     if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
-        raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
+        raise AbortedError(
+            "The board has switched its motor off. Force is zero. Hold the handle, then try again."
+        )
     distance = abs(handle.x - handle.start)
     if distance > limits.travel:
         limit = f"(limit {1e3 * limits.travel:.0f} mm)"
-        raise AbortedError(f"The handle is {1e3 * distance:.0f} mm from its start {limit}. Force is zero.")
+        raise AbortedError(f"The handle has moved {1e3 * distance:.0f} mm {limit}. Force is zero.")
     if abs(handle.v) > limits.speed:
         raise AbortedError(
             f"The handle moves at {abs(handle.v):.2f} m/s (limit {limits.speed:.2f} m/s). Force is zero."

@@ -29,7 +29,7 @@ FOLDER = "calibrations"
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
 _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
     "pins": (
-        "Motor's pins",
+        "Pins of the motor",
         {Pins.D5_D8: "PWM D5, direction D8", Pins.D3_D12: "PWM D3, direction D12"},
     ),
     "sensor": (
@@ -41,26 +41,26 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
         },
     ),
     "motor_map": (
-        "Torque grows with the",
-        {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "duty", MotorMap.TABLE: "table of duties"},
+        "Torque and duty",
+        {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "proportional", MotorMap.TABLE: "table"},
     ),
-    "sense": ("Counts grow to the", {1: "right", -1: "left"}),
-    "direction": ("Direction pin high pushes to the", {1: "right", -1: "left"}),
+    "sense": ("Direction of growing counts", {1: "right", -1: "left"}),
+    "direction": ("Push if the direction pin is high", {1: "right", -1: "left"}),
 }
 # label, display units per SI unit, unit, decimals
 _NUMBERS = {
-    "counts_per_flip": ("Counts from repeat to repeat", 1.0, "", 0),
+    "counts_per_flip": ("Counts until the sensor repeats", 1.0, "", 0),
     "quantum": ("Travel per count", 1e6, "µm", 2),
-    "zero": ("Zero, a count", 1.0, "", 0),
+    "zero": ("Sensor count at zero", 1.0, "", 0),
     "motor_constant": ("Motor constant", 1e3, "mN·m", 2),
     "max_force": ("Force limit", 1.0, "N", 2),
-    "dead_band": ("Dead band, duty of 255", 1.0, "", 0),
-    "mass": ("Mass at the handle", 1e3, "g", 1),
+    "dead_band": ("Dead band (duty, at most 255)", 1.0, "", 0),
+    "mass": ("Mass felt at the handle", 1e3, "g", 1),
     "viscous": ("Damping", 1.0, "N·s/m", 3),
     "coulomb": ("Dry friction", 1.0, "N", 3),
-    "handle_radius": ("Axis to handle, rh", 1e3, "mm", 2),
-    "pulley_radius": ("Pulley, rp", 1e3, "mm", 2),
-    "sector_radius": ("Sector, rs", 1e3, "mm", 2),
+    "handle_radius": ("From axis to handle, rh", 1e3, "mm", 2),
+    "pulley_radius": ("Radius of the pulley, rp", 1e3, "mm", 2),
+    "sector_radius": ("Radius of the sector, rs", 1e3, "mm", 2),
 }
 MEASURED = (
     "counts_per_flip", "quantum", "zero", "sense", "direction", "motor_constant", "max_force", "dead_band",
@@ -75,7 +75,7 @@ ORIGINS = {
     Origin.UNSAVED: "changed, not stored yet",
 }
 """Descriptions of the origin of the settings in force."""
-_LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8, of 255"}
+_LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8 of the duty"}
 
 
 def folder() -> Path:
@@ -89,7 +89,9 @@ def checked_label(text: str) -> str:
     """Return a label as a board stores it: printable ASCII, at most 12 characters; raise ParameterError."""
     label = text.strip()
     if not label or len(label) > 12 or not (label.isascii() and label.isprintable()):
-        raise ParameterError(f"A kit's name has 1 to 12 plain letters, not {quoted(text)}.")
+        raise ParameterError(
+            f"A kit's name must have 1 to 12 characters without accents, not {quoted(text)}."
+        )
     return label
 
 

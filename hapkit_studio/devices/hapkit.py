@@ -144,7 +144,7 @@ class HapkitBoard(Device):
     def probe(self) -> dict[str, Any]:
         port = serial_ports.at(self.port)
         if port is not None and port.role is Role.OTHER:
-            return {"ok": False, "text": "Not probed: not a Hapkit."}
+            return {"ok": False, "text": "This port was not tested, because it is not a Hapkit."}
         try:
             self.open()
             return _answers(self)
@@ -355,7 +355,7 @@ def _checked(body: bytes, port: str) -> Hello:
     """Return the Hello in a body after checks of version, size and numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
-        words = f"The firmware has protocol version {version}; this studio needs {PROTOCOL_VERSION}."
+        words = f"The firmware has protocol version {version}, but this studio needs {PROTOCOL_VERSION}."
         if version < PROTOCOL_VERSION:
             raise WrongProtocolError(f"{words} Update firmware.", step="update")
         raise WrongProtocolError(f"{words} Update the studio.")
@@ -368,7 +368,7 @@ def _checked(body: bytes, port: str) -> Hello:
         value = getattr(hello, wire.name)
         if wire.name in _POSSIBLE and not np.float32(low) <= value <= np.float32(high):
             possible = f"a Hapkit has {low:,g} to {high:,g} {wire.unit}".rstrip()
-            words = f"{port_name(port)} says {value:,g} for {wire.help}; {possible}."
+            words = f"{port_name(port)} reports {value:,g} for {wire.help}, but {possible}."
             raise NotAHapkitError(f"{words} Flash the firmware.", step=FLASH)
     return hello
 
@@ -391,13 +391,13 @@ DEVICE = DeviceKind(2, entries, unlisted)
 
 def _answers(board: HapkitBoard) -> dict[str, Any]:
     hello, latency = board.hello, board.latency
-    words = [f"Firmware {hello.build}, version {hello.version}, {hello.arena} bytes for a law"]
+    words = [f"Firmware {hello.build}, version {hello.version}, {hello.arena} bytes of memory for a law"]
     found: dict[str, Any] = {"ok": True, "port": board.port, "build": hello.build, "version": hello.version}
     found |= {"arena": hello.arena, "rate_Hz": board.rate, "latency_timer_s": latency.timer}
     try:
         settings = board.settings()
-        kit = f"Kit {settings.label!r}, {1e6 * settings.quantum:.1f} µm a count"
-        words.append(f"{kit}, limit {settings.max_force:.1f} N")
+        kit = f"Kit {settings.label!r}, {1e6 * settings.quantum:.1f} µm of travel per count"
+        words.append(f"{kit}, force limit {settings.max_force:.1f} N")
         words.append(f"Settings are {ORIGINS[Origin(settings.origin)]}")
         found["settings"] = {f.name: getattr(settings, f.name) for f in Board.layout()}
         found["settings"]["origin"] = Origin(settings.origin).name.lower()

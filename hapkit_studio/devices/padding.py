@@ -50,7 +50,7 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
     delay = effective_delay(taken[_SETTLING:], 1.0 / board.rate)
     if delay is None:
         raise NoDataError(
-            f"No force of {board.title} arrived within {seconds:g} s. Check the USB cable, then try again."
+            f"No force reached {board.title} within {seconds:g} s. Check the USB cable, then try again."
         )
     return delay
 

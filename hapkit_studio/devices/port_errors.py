@@ -25,7 +25,7 @@ RULES = "/etc/udev/rules.d/60-hapkit.rules"
 def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
     """Return the remedy as text, and a shell command for this port and user; the command may be ""."""
     if sys.platform != "linux":
-        return "Get permission to use it.", ""
+        return "Ask the administrator of this computer for permission.", ""
     group = _group(path)
     if not group:
         # the udev rule gives access to the user at the computer
@@ -117,8 +117,10 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
     if known is None or known.role is not Role.KIT:
         return NotAHapkitError(f"{what} Flash the firmware, or choose another port.", step=FLASH)
     if sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard) >= _TEXT_SHARE * max(len(heard), 1):
-        what = f"{name} sends text, not frames."
-    why = "Another sketch is on the board" if heard else "The board has no firmware yet, or another sketch"
+        what = f"{name} sends text instead of data of a Hapkit."
+    why = (
+        "The board runs another sketch" if heard else "The board has no firmware yet, or runs another sketch"
+    )
     return NoFirmwareError(f"{what} {why}: flash the firmware.", step=FLASH)
 
 

@@ -62,25 +62,25 @@ KITS = (
     Kit(
         "hapkit3",
         "Hapkit 3.0",
-        "Cable drive, magnet on the motor, sensor chip on the board. The usual kit.",
+        "The usual kit: cable drive, a magnet on the motor, and a sensor chip on the board.",
         _board(1),
     ),
     Kit(
         "hapkit3-maxon",
         "Hapkit 3.0, stronger motor",
-        "As above, with the motor that has 0.03 in the class template.",
+        "The usual kit with a stronger motor: its constant is 0.03 in the class template.",
         _board(2, motor_constant=0.03, label="Hapkit maxon"),
     ),
     Kit(
         "hapkit3-short",
         "Hapkit 3.0, short handle",
-        "Like the first, with the handle 70 mm from the axis.",
+        "The usual kit with a shorter handle: 70 mm from the axis.",
         _board(3, handle_radius=0.070, label="Hapkit short"),
     ),
     Kit(
         "hapkit2013",
         "Hapkit 2013, board 1.0",
-        "Friction drive, handle 65.7 mm from the axis. Marked 2013 on the board; motor on D3 and D12.",
+        "Friction drive. Handle 65.7 mm from the axis, motor on pins D3 and D12, board marked 2013.",
         _board(
             4, pins=Pins.D3_D12, motor_constant=0.03, handle_radius=0.0657, pulley_radius=0.00419,
             sector_radius=0.0732, label="Hapkit 2013",
@@ -89,13 +89,13 @@ KITS = (
     Kit(
         "hapkit-hall",
         "Hapkit with AS5048A",
-        "Small extra board at the motor, six wires to D10 to D13.",
+        "A small extra board at the motor, with six wires to pins D10 to D13.",
         _board(5, sensor=Sensor.AS5048A, counts_per_flip=HALL_COUNTS, label="Hapkit Hall"),
     ),
     Kit(
         "hapkit-encoder",
         "Hapkit with an encoder motor",
-        "48 steps a turn on D2 and D3, motor wired to D5 and D8 (a Longhorn Hapkit: rewire D4, D5, D6).",
+        "Encoder with 48 steps a turn on pins D2 and D3, motor on D5 and D8 (Longhorn: rewire D4, D5, D6).",
         _board(
             6, sensor=Sensor.QUADRATURE, counts_per_flip=ENCODER_COUNTS, motor_map=MotorMap.LINEAR,
             motor_constant=0.0167, sector_radius=0.075, max_force=2.7, label="Hapkit enc.",
@@ -120,7 +120,7 @@ def named(key: str) -> Kit:
     """Return a kit by its key; raise ParameterError."""
     found = {kit.key: kit for kit in KITS}
     if key not in found:
-        raise ParameterError(f"There is no kit {key!r}; available: {', '.join(found)}.")
+        raise ParameterError(f"There is no kit {key!r}. Available kits: {', '.join(found)}.")
     return found[key]
 
 

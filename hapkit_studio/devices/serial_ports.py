@@ -219,7 +219,7 @@ class Latency:
             "darwin": "Set it to 1 ms with FTDI's own driver",
         }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
         known = "" if self.known else ", as far as known"
-        return f"{said}{known}. {remedy}, pad frames to full USB packets, or render on the board."
+        return f"{said}{known}. {remedy}, let Set up my Hapkit fill the USB packets, or render on the board."
 
 
 def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:

@@ -166,7 +166,9 @@ class VirtualBoard(HapkitBoard):
     ):
         super().__init__("", "Virtual board")
         if mode not in MODES:
-            raise DeviceError(f"The virtual board runs {', '.join(MODES)}, not {mode!r}.")
+            raise DeviceError(
+                f"The mode of the virtual board must be one of {', '.join(MODES)}, not {mode!r}."
+            )
         self.summary: dict[str, Any] = {}
         self._words = [f"--{mode}", "--control", *options]
         self._words += ["--log", os.fspath(log)] if log else []

@@ -167,8 +167,8 @@ class BoardPlanner:
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > room:
-                tables = f" Its tables take {program.tables:,}." if program.tables else ""
-                return f"{title} needs {program.size:,} bytes, the board has {room:,}.{tables}"
+                tables = f" The tables of the law take {program.tables:,} bytes." if program.tables else ""
+                return f"{title} needs {program.size:,} bytes of memory, but the board has {room:,}.{tables}"
             if fits(program, TICKS / period):
                 how = coefficients(request.estimator, TICKS / period, request.quantum)
                 moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
@@ -180,8 +180,10 @@ class BoardPlanner:
             ]
             if not slower:
                 hertz = int(fastest(program))
-                too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"
-                return f"{too_slow}, and its slowest rate is {RATES[-1]} Hz."
+                return (
+                    f"One call of {title} takes up to {program.most:,} cycles of the board's processor. "
+                    f"This allows {hertz:,} Hz at most, but the board's slowest rate is {RATES[-1]} Hz."
+                )
             rate = slower[0]
 
 
@@ -255,24 +257,24 @@ def fastest(program: "Program") -> float:
 
 
 _REFUSED: dict[int, str] = {
-    Refusal.TOO_LARGE: "has no room for this law",
-    Refusal.TOO_SLOW: "has no time for this law at this rate",
+    Refusal.TOO_LARGE: "The board has no room for this law",
+    Refusal.TOO_SLOW: "The board is too slow for this law at this rate",
 }
 
 
 def refusal_text(why: int) -> str:
     """Return one line that says why a board refuses a law."""
     name = Refusal(why).name.lower().replace("_", " ") if why in list(Refusal) else f"reason {why}"
-    words = _REFUSED.get(why, f"refuses this law ({name})")
-    return f"The board {words}. The computer renders."
+    words = _REFUSED.get(why, f"The board refuses this law ({name})")
+    return f"{words}. The computer renders instead."
 
 
 def check_rate(request: float | None) -> None:
     """Raise ParameterError for a rate that no board supports."""
     if request is not None and request not in RATES:
         raise ParameterError(
-            f"A board renders at {RATES[-1]} to {RATES[0]:,} Hz in steps of {RATES[0] - RATES[1]} Hz, "
-            f"not at {request:,g} Hz."
+            f"The board's rate must be {RATES[-1]} to {RATES[0]:,} Hz in steps of {RATES[0] - RATES[1]} Hz, "
+            f"not {request:,g} Hz."
         )
 
 

@@ -74,7 +74,7 @@ class SerialDriver(Driver):
         self.device = device
         self.rate = device.rate
         if device.hello.arena == 0:
-            self.no_planner = "This firmware renders no laws. Update firmware."
+            self.no_planner = "The firmware on this board cannot render laws. Update firmware."
             return
         try:
             settings = device.settings()
@@ -129,4 +129,4 @@ def driver_for(device: Device) -> Driver:
 
 def no_board(device: Device) -> str:
     """Return one line that says why a device without a board cannot render laws itself."""
-    return f"{device.title} has no board: the computer renders."
+    return f"{device.title} has no board, so only the computer can render."

@@ -232,7 +232,9 @@ class Engine:
         rate = changes.get("rate")
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
-            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:,g} Hz, not {rate:,g} Hz.")
+            raise ParameterError(
+                f"{self.device.title} sets the rate itself: {own_rate:,g} Hz, not {rate:,g} Hz."
+            )
         self._change_loop(**changes)
         if rate is not None:
             self._health_monitor.forget()
@@ -246,7 +248,7 @@ class Engine:
         """
         most = self._highest_limit()
         if not 0.0 < newtons <= most:
-            raise ParameterError(f"The force limit is 0 to {most:g} N, not {newtons:g} N.")
+            raise ParameterError(f"The force limit must be 0 to {most:g} N, not {newtons:g} N.")
         self._change_loop(max_force=newtons)
 
     def _highest_limit(self) -> float:
@@ -343,7 +345,7 @@ class Engine:
         if driver.planner is None:
             return driver.no_planner
         if content.settings.max_force < self.device.max_force:
-            return "The force limit is lowered. Only the computer can apply it."
+            return "The force limit is lowered. Only the computer can apply a lower limit."
         request = self._request(content)
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 

@@ -216,7 +216,7 @@ def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.n
 
 def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
     if not callable(motion):
-        raise ParameterError(f"The hand's position is a function of time in s, not {motion!r}.")
+        raise ParameterError(f"The hand's position must be a function of time in s, not {motion!r}.")
     values = motion(times) if vectorised else [motion(t) for t in times.tolist()]
     try:
         values = np.array(values, dtype=float).reshape(times.shape)

@@ -126,17 +126,17 @@ class Watch:
         self.past.clear()
 
 
-HOLD_THEN_CLEAR = "Force is zero. Hold the handle, then clear."
-SIMPLIFY = "Simplify the law or lower the rate."
+HOLD_THEN_CLEAR = "Force is zero. Hold the handle, then clear the fault."
+SIMPLIFY = "Simplify the law or lower the servo rate."
 
 
 _STALE = {
-    arrays.NO_SAMPLE: ("no sensor frame for 20 ms", "Check the cable and the hub."),
+    arrays.NO_SAMPLE: ("no sensor reading arrived for 20 ms", "Check the USB cable and the USB hub."),
     arrays.AWAY: ("this computer was busy with other programs for 20 ms", "Close other programs."),
-    arrays.LAW_BLOCKED: ("the law blocked the loop for 20 ms", SIMPLIFY),
+    arrays.LAW_BLOCKED: ("the law kept the loop waiting for 20 ms", SIMPLIFY),
     arrays.CUT: (
         "the board switched its motor off: forces came too late or not at all",
-        "Check the cable and the hub.",
+        "Check the USB cable and the USB hub.",
     ),
     arrays.CLOCK_JUMP: ("the board's clock jumped", "Update the firmware or use another board."),
 }
@@ -171,27 +171,36 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
     gone = silent("The board", value) if value > 0.0 else "The device is disconnected."
     found = {
-        arrays.NOT_A_NUMBER: (f"the law returned {name} at {place}{at}.", ""),
-        arrays.LAW_INDEX: (f"line {line} of the law uses an index beyond its state or table.", ""),
-        arrays.LAW_FUEL: (f"line {line} of the law does not end.", ""),
-        arrays.LAW_DIVISION: (f"line {line} of the law divides by zero at {place}.", ""),
-        arrays.OVER_SPEED: (f"over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).", ""),
-        arrays.STALE_SENSOR: (f"{stale}, three times in 10 s.", f"{remedy} Hold the handle, then clear."),
-        arrays.RUNAWAY: (f"this machine cannot keep {value:,.0f} Hz.", "Lower the rate, then clear."),
+        arrays.NOT_A_NUMBER: (f"Fault: the law returned {name} at {place}{at}.", ""),
+        arrays.LAW_INDEX: (f"Fault: line {line} of the law uses an index beyond its state or table.", ""),
+        arrays.LAW_FUEL: (f"Fault: line {line} of the law does not end.", ""),
+        arrays.LAW_DIVISION: (f"Fault: line {line} of the law divides by zero at {place}.", ""),
+        arrays.OVER_SPEED: (
+            f"Fault: the handle moved too fast, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",
+            "",
+        ),
+        arrays.STALE_SENSOR: (
+            f"Fault: {stale}, three times in 10 s.",
+            f"{remedy} Hold the handle, then clear the fault.",
+        ),
+        arrays.RUNAWAY: (
+            f"Fault: this computer cannot keep the servo rate of {value:,.0f} Hz.",
+            "Lower the servo rate, then clear the fault.",
+        ),
         arrays.SLOW_LAW: (
-            f"{law} takes {on_screen(value, 's', 3)}, but a period is {on_screen(second, 's', 3)}.",
-            f"{SIMPLIFY} Then clear.",
+            f"Fault: {law} takes {on_screen(value, 's', 3)}, but the period is {on_screen(second, 's', 3)}.",
+            f"{SIMPLIFY} Then clear the fault.",
         ),
         arrays.SLOW_LINK: (
-            f"a force came {trip} after its sample; the board rejects forces older than {_ms(second)} ms.",
-            "Let the board render, or use a faster USB port, then clear.",
+            f"Fault: a force came {trip} after its sample; the board rejects forces older than "
+            f"{_ms(second)} ms.",
+            "Let the board render, or use a faster USB port, then clear the fault.",
         ),
         arrays.DEVICE_GONE: (gone, "Nothing is lost. Trying to reconnect every second."),
     }.get(code)
     if found is None:
         return None
-    text = found[0] if code == arrays.DEVICE_GONE else f"Fault: {found[0]}"
-    return Fault(code, text, f"Force is zero. {found[1]}" if found[1] else HOLD_THEN_CLEAR)
+    return Fault(code, found[0], f"Force is zero. {found[1]}" if found[1] else HOLD_THEN_CLEAR)
 
 
 def _ms(seconds: float) -> str:

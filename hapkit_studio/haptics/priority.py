@@ -34,7 +34,7 @@ def macos_obtain(library: Any = None) -> tuple[str, int]:
     ticks = [round(seconds * per_second) for seconds in (_PERIOD, _COMPUTATION, _CONSTRAINT)]
     policy = (ctypes.c_uint32 * 4)(*ticks, 1)
     if library.thread_policy_set(_macos_thread(library), _TIME_CONSTRAINT_POLICY, policy, 4) == 0:
-        return "Real-time, time constraint", 1
+        return "Real-time priority (time constraint)", 1
     return "Normal priority", 0
 
 
@@ -67,7 +67,7 @@ def windows_obtain(library: Any = None) -> tuple[str, int]:
         return "Normal priority", 0
     _task.handle = handle
     library.AvSetMmThreadPriority(handle, _PRIORITY_CRITICAL)
-    return "Real-time, Pro Audio", 1
+    return "Real-time priority (Pro Audio)", 1
 
 
 def windows_release(library: Any = None) -> None:
@@ -131,7 +131,7 @@ release, demote = _system.release, _system.demote
 
 @dataclass(frozen=True)
 class Priority:
-    """A description of the priority, such as "Real-time, FIFO 80".
+    """A description of the priority, such as "Real-time priority (FIFO 80)".
 
     It also says how to get a higher priority; this text may be empty.
     """
@@ -152,7 +152,7 @@ def current(obtained: Priority, thread: int) -> Priority:
     """Return the present priority; the system may have demoted a thread that did not block."""
     if not obtained.realtime or _system.is_realtime(thread):
         return obtained
-    return Priority("Normal priority, demoted", how="Lower the rate, then connect again.")
+    return Priority("Normal priority, lowered by the system", how="Lower the servo rate, then connect again.")
 
 
 def probe() -> Priority:
@@ -172,13 +172,13 @@ def probe() -> Priority:
 def report() -> str:
     """Return a description of the priority of this user's loop, and how to get a higher one."""
     now = probe()
-    lines = [f"This user's loop gets: {now.text}."]
+    lines = [f"The loop of this user runs with: {now.text}."]
     if now.how:
         lines.append(now.how)
     if sys.platform == "linux" and now.how:
         lines += [
             "",
-            "Either (takes effect at the next login):",
+            "Do one of these. This one takes effect at your next login:",
             '    echo "$USER - rtprio 80" | sudo tee /etc/security/limits.d/hapkit-studio.conf',
             '    echo "$USER - memlock unlimited" | sudo tee -a /etc/security/limits.d/hapkit-studio.conf',
             "or (at once, up to priority 20, needs a desktop session):",

@@ -135,7 +135,7 @@ def test_other_devices_and_silence_are_reported(lined, noise):
 def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
-    words = f"The firmware has protocol version {version}; this studio needs 4. {remedy}"
+    words = f"The firmware has protocol version {version}, but this studio needs 4. {remedy}"
     assert refused(errors.WrongProtocolError, words).step == step
 
 

@@ -112,8 +112,8 @@ def test_probing_a_kit_gives_firmware_and_settings(plugged, capsys, monkeypatch)
     assert (found["build"], found["version"], found["arena"]) == ("test", 4, 760)
     assert (found["settings"]["label"], found["settings"]["origin"]) == ("fake kit", "default")
     assert found["text"].startswith(
-        "Firmware test, version 4, 760 bytes for a law. "
-        "Kit 'fake kit', 20.0 µm a count, limit 2.5 N. "
+        "Firmware test, version 4, 760 bytes of memory for a law. "
+        "Kit 'fake kit', 20.0 µm of travel per count, force limit 2.5 N. "
         "Settings are default: nothing is stored. USB latency timer 16 ms"
     )
     monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
@@ -134,7 +134,10 @@ def test_an_uncalibrated_kit_is_listed(plugged):
 
 def test_other_devices_are_neither_probed_nor_flashed(plugged):
     entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
-    assert entry.make().probe() == {"ok": False, "text": "Not probed: not a Hapkit."}
+    assert entry.make().probe() == {
+        "ok": False,
+        "text": "This port was not tested, because it is not a Hapkit.",
+    }
     assert peer.received == []
     with pytest.raises(errors.NotAHapkitError, match=r"different kind of port: mobile modem\.") as caught:
         HapkitBoard(PATH).open()
@@ -144,11 +147,17 @@ def test_other_devices_are_neither_probed_nor_flashed(plugged):
 @pytest.mark.parametrize(
     ("heard", "text"),
     [
-        (None, "{} does not answer. The board has no firmware yet, or another sketch: flash the firmware."),
-        (b"x=1.25,F=0\r\n", "{} sends text, not frames. Another sketch is on the board: flash the firmware."),
+        (
+            None,
+            "{} does not answer. The board has no firmware yet, or runs another sketch: flash the firmware.",
+        ),
+        (
+            b"x=1.25,F=0\r\n",
+            "{} sends text instead of data of a Hapkit. The board runs another sketch: flash the firmware.",
+        ),
         (
             b"\xfe\x81\x00",
-            "{} answers, but is not a Hapkit. Another sketch is on the board: flash the firmware.",
+            "{} answers, but is not a Hapkit. The board runs another sketch: flash the firmware.",
         ),
     ],
 )
@@ -241,7 +250,10 @@ def test_without_a_group_a_udev_rule_is_offered(monkeypatch, tmp_path):
     port.chmod(0o600)  # the port's group may neither read nor write
     assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
     monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # without udev there is no command
-    assert port_errors.permission_remedy("/dev/cu.x", None) == ("Get permission to use it.", "")
+    assert port_errors.permission_remedy("/dev/cu.x", None) == (
+        "Ask the administrator of this computer for permission.",
+        "",
+    )
 
 
 # --- latency timer of the USB chip

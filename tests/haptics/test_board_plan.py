@@ -76,16 +76,16 @@ def test_a_requested_rate_can_only_reduce_the_rate():
 def test_a_law_that_is_too_long_is_refused_with_its_excess():
     size = planner().plan(request()).program.size
     assert not isinstance(planner(size).plan(request()), str)
-    words = f"{SPRING.title} needs {size} bytes, the board has {size - 1}."
+    words = f"{SPRING.title} needs {size} bytes of memory, but the board has {size - 1}."
     assert planner(size - 1).plan(request()) == words
 
 
 def test_a_law_that_is_too_slow_is_refused_with_its_fastest_rate():
     words = planner().plan(request(SLOW))
-    assert words.startswith("Powers takes ")
-    assert " cycles on the board: " in words
-    assert words.endswith(" Hz at most, and its slowest rate is 500 Hz.")
-    assert 0 < int(words.split(": ")[1].split(" Hz")[0]) < 500
+    assert words.startswith("One call of Powers takes ")
+    assert " cycles of the board's processor. " in words
+    assert words.endswith(" Hz at most, but the board's slowest rate is 500 Hz.")
+    assert 0 < int(words.split("allows ")[1].split(" Hz")[0]) < 500
 
 
 def test_the_plan_is_computed_once():
@@ -141,7 +141,7 @@ def test_the_block_contains_the_data_to_send():
 @pytest.mark.parametrize(
     ("kit", "words"),
     [
-        (FakeKit(arena=0), "This firmware renders no laws. Update firmware."),
+        (FakeKit(arena=0), "The firmware on this board cannot render laws. Update firmware."),
         (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
     ],
 )

@@ -121,7 +121,9 @@ def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     setup.engine.decision(wait=True)
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.decision().refusal != "")
-    assert setup.engine.decision().refusal == "The board refuses this law (jump). The computer renders."
+    assert (
+        setup.engine.decision().refusal == "The board refuses this law (jump). The computer renders instead."
+    )
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     setup.run(150)
     assert setup.engine.rendering == "computer"
@@ -226,7 +228,7 @@ def test_the_computer_renders_what_the_board_cannot(rendering):
     setup = rendering(arena=150)
     setup.go()
     setup.engine.set_environment("cat")
-    words = r"Cat needs \d+ bytes, the board has 150"
+    words = r"Cat needs \d+ bytes of memory, but the board has 150"
     assert re.match(words, setup.engine.decision(wait=True).refusal)
     setup.until(lambda: setup.engine.rendering == "computer")
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
@@ -396,7 +398,7 @@ def test_faults_latched_by_the_board_are_latched_here_stop_it_and_can_be_cleared
     setup.run(1)
     speed = 400 * setup.engine.device.quantum / 1e-3
     assert speed > 5.0
-    assert f"over-speed, {speed:.1f} m/s" in setup.engine.fault.text
+    assert f"the handle moved too fast, {speed:.1f} m/s" in setup.engine.fault.text
     setup.telemetry = {}
     setup.engine.clear_fault()
     setup.excuse_over()

@@ -114,7 +114,7 @@ def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_gives_no_force(s
     engine.set_loop(rate=10_000.0)
     wait_until(lambda: engine.fault is not None)
     assert engine.fault.code == arrays.SLOW_LAW
-    assert engine.fault.text.endswith(" ms, but a period is 0.1 ms.")
+    assert engine.fault.text.endswith(" ms, but the period is 0.1 ms.")
     assert engine.health().missed > 0
     out = rest(reader, 10)
     assert not out[:, rows.APPLIED_FORCE].any()
@@ -200,7 +200,7 @@ def test_closing_sends_a_zero_command_last(started):
 def test_over_speed_latches_with_the_reason(started):
     engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
     wait_until(lambda: engine.fault is not None)
-    assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
+    assert engine.fault.text == "Fault: the handle moved too fast, 4.0 m/s (limit 3.0 m/s)."
 
 
 # --- start and end

@@ -45,34 +45,35 @@ def test_values_beyond_the_bins_are_counted_as_overflow(lateness):
     assert health.lateness_percentiles(filled([1e-5, lateness]))["max"] == 100_000.0
 
 
-HOLD, STALE = "Hold the handle, then clear.", arrays.STALE_SENSOR
+HOLD, STALE = "Hold the handle, then clear the fault.", arrays.STALE_SENSOR
 # columns: code, value, position in m, line of the law, message, remedy
 # fmt: off
 WORDS = [
-    (arrays.OVER_SPEED, -3.4, 0.0, 0, "over-speed, 3.4 m/s (limit 3.0 m/s).", HOLD),
-    (arrays.OVER_SPEED, 3.04, 0.0, 0, "over-speed, 3.04 m/s (limit 3.0 m/s).", HOLD),
-    (arrays.OVER_SPEED, 3.0004, 0.0, 0, "over-speed, 3.0004 m/s (limit 3.0 m/s).", HOLD),
+    (arrays.OVER_SPEED, -3.4, 0.0, 0, "the handle moved too fast, 3.4 m/s (limit 3.0 m/s).", HOLD),
+    (arrays.OVER_SPEED, 3.04, 0.0, 0, "the handle moved too fast, 3.04 m/s (limit 3.0 m/s).", HOLD),
+    (arrays.OVER_SPEED, 3.0004, 0.0, 0, "the handle moved too fast, 3.0004 m/s (limit 3.0 m/s).", HOLD),
     (arrays.NOT_A_NUMBER, math.nan, 0.00502, 0, "the law returned NaN at x = 5.02 mm.", HOLD),
     (arrays.NOT_A_NUMBER, -math.inf, -0.001, 7, "the law returned infinity at x = −1.00 mm (line 7).", HOLD),
     (arrays.LAW_INDEX, 0.0, 0.0, 14, "line 14 of the law uses an index beyond its state or table.", HOLD),
     (arrays.LAW_FUEL, 0.0, 0.0, 3, "line 3 of the law does not end.", HOLD),
     (arrays.LAW_DIVISION, 0.0, 0.001, 3, "line 3 of the law divides by zero at x = 1.00 mm.", HOLD),
-    (STALE, arrays.NO_SAMPLE, 0.0, 0, "no sensor frame for 20 ms, three times in 10 s.", "Check"),
+    (STALE, arrays.NO_SAMPLE, 0.0, 0, "no sensor reading arrived for 20 ms, three times in 10 s.", "Check"),
     (STALE, arrays.AWAY, 0.0, 0,
      "this computer was busy with other programs for 20 ms, three times in 10 s.", "Close"),
     (STALE, arrays.LAW_BLOCKED, 0.0, 0,
-     "the law blocked the loop for 20 ms, three times in 10 s.", "Simplify"),
+     "the law kept the loop waiting for 20 ms, three times in 10 s.", "Simplify"),
     (STALE, arrays.CLOCK_JUMP, 0.0, 0, "the board's clock jumped, three times in 10 s.", "Update"),
     (STALE, arrays.CUT, 0.0, 0,
      "the board switched its motor off: forces came too late or not at all, three times in 10 s.", "Check"),
-    (arrays.SLOW_LAW, 1.352e-3, 1e-3, 0, "the law takes 1.35 ms, but a period is 1 ms.", "Simplify the law"),
+    (arrays.SLOW_LAW, 1.352e-3, 1e-3, 0, "the law takes 1.35 ms, but the period is 1 ms.", "Simplify"),
     (arrays.SLOW_LAW, 0.0711e-3, 0.0625e-3, 0,
-     "the law takes 0.0711 ms, but a period is 0.0625 ms.", "Simplify"),
+     "the law takes 0.0711 ms, but the period is 0.0625 ms.", "Simplify"),
     (arrays.SLOW_LINK, 0.0334, 0.025, 0,
      "a force came 33 ms after its sample; the board rejects forces older than 25 ms.", "Let the board"),
     (arrays.SLOW_LINK, 0.0656, 0.025, 0,
      "a force came more than 66 ms after its sample; the board rejects forces older than 25 ms.", "Let the"),
-    (arrays.RUNAWAY, 10_000.0, 0.0, 0, "this machine cannot keep 10,000 Hz.", "Lower the rate"),
+    (arrays.RUNAWAY, 10_000.0, 0.0, 0,
+     "this computer cannot keep the servo rate of 10,000 Hz.", "Lower the servo rate"),
     (arrays.DEVICE_GONE, 0.0, 0.0, 0, "The device is disconnected.", "Nothing is lost."),
     (arrays.DEVICE_GONE, 1.0, 0.0, 0,
      "The board has sent nothing for 1 s: it restarted or froze.", "Nothing is lost."),

@@ -230,7 +230,7 @@ def test_a_law_slower_than_its_period_is_named_and_gives_no_force(started):
     wait_until(lambda: engine.fault is not None)
     assert engine.fault.code == arrays.SLOW_LAW
     assert engine.fault.text.startswith("Fault: the law of Far too slow takes ")
-    assert engine.fault.text.endswith(" ms, but a period is 1 ms.")
+    assert engine.fault.text.endswith(" ms, but the period is 1 ms.")
     found = read(reader, lambda found: int(found[-1, rows.FLAGS]) & rows.FAULT)
     assert not found[-1, rows.APPLIED_FORCE].any()
     engine.set_environment("wall")

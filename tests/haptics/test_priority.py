@@ -95,7 +95,7 @@ def test_without_permission_the_description_tells_how_to_get_a_higher_priority(t
     text = in_process(code, *prefix, PATH=f"{tmp_path}:{os.environ['PATH']}")
     allowed = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     if allowed == 0 and not shutil.which("rtkit"):
-        assert text in ("Normal priority|False|0|True|True", "Raised priority, nice -11|False|0|True|True")
+        assert text in ("Normal priority|False|0|True|True", "Raised priority (nice -11)|False|0|True|True")
 
 
 @pytest.mark.slow
@@ -115,7 +115,7 @@ def test_realtime_kit_is_requested_within_its_limits(tmp_path, granted):
     process, thread, *obtained = in_process(code, PATH=f"{tmp_path}:{os.environ['PATH']}").split(maxsplit=2)
     call, *limits = log.read_text().splitlines()
     assert call.split()[-4:] == ["ttu", process, thread, "20"]
-    assert obtained == ["('Real-time, RealtimeKit 20', 20)" if granted else "None"]
+    assert obtained == ["('Real-time priority (RealtimeKit 20)', 20)" if granted else "None"]
     assert [line.split()[3:5] for line in limits] == [["100000", "200000"]]
 
 
@@ -142,7 +142,9 @@ def test_a_thread_that_never_blocks_is_demoted_without_python():
     assert realtime_linux._table[0] == before + 1
 
 
-@pytest.mark.parametrize(("status", "words"), [(0, "Real-time, time constraint"), (4, "Normal priority")])
+@pytest.mark.parametrize(
+    ("status", "words"), [(0, "Real-time priority (time constraint)"), (4, "Normal priority")]
+)
 def test_macos_requests_the_time_constraint_policy(status, words):
     def fill(reference):
         reference._obj[0], reference._obj[1] = 125, 3
@@ -159,7 +161,9 @@ def test_macos_requests_the_time_constraint_policy(status, words):
     assert library.thread_policy_set.call_args.args[:2] == (42, 1)
 
 
-@pytest.mark.parametrize(("handle", "words"), [(0x5, "Real-time, Pro Audio"), (0, "Normal priority")])
+@pytest.mark.parametrize(
+    ("handle", "words"), [(0x5, "Real-time priority (Pro Audio)"), (0, "Normal priority")]
+)
 def test_windows_joins_the_pro_audio_task(handle, words):
     library = Mock()
     library.AvSetMmThreadCharacteristicsW.return_value = handle
@@ -201,4 +205,4 @@ def test_a_demoted_thread_is_reported():
     before, after = in_thread(run)
     assert before.realtime
     assert not after.realtime
-    assert "demoted" in after.text
+    assert "lowered" in after.text

@@ -216,7 +216,8 @@ def test_a_table_too_large_for_the_board_is_refused_with_its_bytes(tmp_path):
         found[count] = BoardPlanner(ARENA).plan(PlanRequest(made, made.values()))
     assert found[100].program.size <= ARENA
     size = found[100].program.size + 4 * 71
-    assert found[171] == f"Student needs {size} bytes, the board has 768. Its tables take 684."
+    words = f"Student needs {size} bytes of memory, but the board has 768."
+    assert found[171] == f"{words} The tables of the law take 684 bytes."
     assert found[256].endswith(
         "The tables of this law take 1,024 bytes; the board has 768 for the whole law."
     )

@@ -137,7 +137,7 @@ def quit_loop(engine):
     [
         (cancel, Cancelled, "enough", "spring"),
         (Engine.stop, Interrupted, "Force is zero", "spring"),
-        (fail, Interrupted, "over-speed", "spring"),
+        (fail, Interrupted, "moved too fast", "spring"),
         (lambda engine: engine.set_environment("friction"), Interrupted, "settings were changed", "friction"),
         (quit_loop, Interrupted, "sends no data", None),
     ],

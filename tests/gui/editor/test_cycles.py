@@ -81,7 +81,7 @@ def test_a_law_too_slow_for_the_board_is_counted(counting, qtbot):
     loop = "def sum_of(x):\n    y = 0.0\n    for i in range(200):\n        y = y + x * y\n    return y\n"
     slow = spring(force="-p.stiffness * sum_of(x)").replace("@law\n", f"{loop}\n\n@law\n")
     wait_for_verdict(counting, qtbot, lambda: saved(counting, slow))
-    qtbot.waitUntil(lambda: "Hz at most, and its slowest rate" in page.cycles.text())
+    qtbot.waitUntil(lambda: "Hz at most, but the board's slowest rate" in page.cycles.text())
     dearest = max(page.code.counts, key=page.code.counts.get)
     assert "y = y + x * y" in page.text.splitlines()[dearest - 1]
 

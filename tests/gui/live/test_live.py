@@ -29,7 +29,7 @@ def health(**changes):
         "missed": 0,
         "link": SimpleNamespace(lost_frames=0, clock_jumps=0),
         "missed_lately": 0,
-        "priority": Priority("Real-time, FIFO 80", True, ""),
+        "priority": Priority("Real-time priority (FIFO 80)", True, ""),
     }
     return SimpleNamespace(**(given | changes))
 
@@ -257,7 +257,7 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     qtbot.keyClick(link, Qt.Key.Key_Return)
     assert all(field.isVisible() for field in figures)
     assert [field.words.text() for field in (*figures, bar.compute)] == [
-        "1,000 Hz", "Late: 99 % below 0.09 ms, worst 4.00 ms", "Missed 0", "Real-time, FIFO 80",
+        "1,000 Hz", "Late: 99 % below 0.09 ms, worst 4.00 ms", "Missed 0", "Real-time priority (FIFO 80)",
         "Computing 3.1 µs",
     ]  # fmt: skip
     assert bar.priority.link.isHidden()

@@ -80,7 +80,9 @@ def test_a_law_too_large_for_the_board_states_the_excess_and_an_alternative(boar
     answered(board_window, qtbot)
     assert switch.switch.index == 0
     assert not switch.switch.button(1).isEnabled()
-    assert re.match(r"Mass–spring–damper needs [\d,]+ bytes, the board has 760\.", switch.note.text())
+    assert re.match(
+        r"Mass–spring–damper needs [\d,]+ bytes of memory, but the board has 760\.", switch.note.text()
+    )
     qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
     found = re.search(
         r"feels the same: the forces differ by at most (0\.\d\d) N of (\d\.\d) N\.", switch.note.text()

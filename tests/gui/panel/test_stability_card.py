@@ -182,7 +182,7 @@ def test_the_dot_is_at_its_values_with_a_ring_beyond_the_limit(window, stiffness
 @pytest.mark.slow
 def test_a_fault_before_the_first_delay_is_not_shown_as_measuring(board_window, qtbot, monkeypatch):
     card, engine = board_window.stability, board_window.studio.engine
-    fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
+    fault = SimpleNamespace(text="Fault: no sensor reading arrived for 20 ms.", detail="", code=1)
     qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.refresh()

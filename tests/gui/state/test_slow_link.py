@@ -53,8 +53,8 @@ def test_a_slow_law_fault_names_the_law_its_duration_and_the_period(board_window
     latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
     board_window.live.refresh()
     notice = board_window.banners.get("fault")
-    assert notice.title == "Fault: the law of Wall takes 16.8 ms, but a period is 1 ms."
-    assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
+    assert notice.title == "Fault: the law of Wall takes 16.8 ms, but the period is 1 ms."
+    assert notice.text == "Force is zero. Simplify the law or lower the servo rate. Then clear the fault."
     assert [words for words, _ in notice.buttons] == ["Clear fault", "Help"]
 
 

@@ -35,8 +35,8 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_the_user(kept_window, qtbot)
     window.studio.engine.arrays.tick.fault_value = 3.4
     window.live.refresh()
     (banner,) = window.banners.banners
-    assert banner.title.text().startswith("Fault: over-speed, 3.4 m/s (limit ")
-    assert banner.text.text() == "Force is zero. Hold the handle, then clear."
+    assert banner.title.text().startswith("Fault: the handle moved too fast, 3.4 m/s (limit ")
+    assert banner.text.text() == "Force is zero. Hold the handle, then clear the fault."
     QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: window.studio.fault is None)
     window.live.refresh()

@@ -17,7 +17,12 @@ from tests.wide import wide
 
 SIZES = [(1920, 1080), (1280, 720)]
 FAULT = Notice(
-    "fault", 1, "danger", "triangle", "Fault: over-speed, 3.4 m/s (limit 3.0 m/s).", "Force is zero."
+    "fault",
+    1,
+    "danger",
+    "triangle",
+    "Fault: the handle moved too fast, 3.4 m/s (limit 3.0 m/s).",
+    "Force is zero.",
 )
 
 
