@@ -25,7 +25,7 @@ TICK = record(
     ("zero_force_left", "f8"),  # remaining time of zero force after connecting, in s
     ("good", "f8"),  # time since the sensor was last stale, in s
     ("stale_times", "f8", 3),  # ring buffer of the times at which the sensor became stale
-    ("fault_value", "f8"),  # the value that caused the latched fault, in the unit of this value
+    ("fault_value", "f8"),  # the value that caused the latched fault, in its own unit
     # position at which the fault occurred, in m; for a slow law or link, the time limit in s
     ("fault_position", "f8"),
     ("clock", "f8"),  # time of the simulated board's clock

@@ -133,7 +133,7 @@ class Specialiser:
         self.env[name] = value if lazy else self.stored(value, name)
 
     def detach_others(self, variable: str) -> None:
-        """Snapshot expressions that read a loop's variable, except the name that the variable belongs to."""
+        """Snapshot all expressions that read a loop's variable, except the name bound to that variable."""
         own = {n: t.Var(v) for n, v in self.scope.pinned.items() if v == variable and n in self.env}
         for name in own:
             del self.env[name]

@@ -32,7 +32,7 @@ SLIDER_AND_WALL = """
 
 @compiled
 def many_ticks(r, positions, period, out):
-    """Render every position (n,) in m, which is the work of a live sample without reading clocks."""
+    """Render every position (n,) in m: the work of a live sample, except that no clock is read."""
     for k in range(positions.shape[0]):
         tick(r, positions[k], period, 0.0, out[k])
 

@@ -19,7 +19,7 @@ def test_spring_force_is_proportional_to_the_distance(rng):
 
 
 def test_damping_steps_by_one_count_per_period():
-    """F = -b v of a quantised position has steps of b quantum / T, which are not hidden."""
+    """F = -b v of a quantised position has steps of b quantum / T, which are not filtered out."""
     assert force("damping", 0.01, 0.3, damping=7.0) == pytest.approx(-2.1)
     run = hs.simulate("damping", {"damping": 10.0}, hand=Prescribed(lambda t: 0.0305 * t), seconds=0.3)
     step = 10.0 * 20.7e-6 * 1000.0

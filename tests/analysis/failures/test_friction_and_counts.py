@@ -10,8 +10,8 @@ from hapkit_studio.analysis.failures.large_push import amplitude, measured, swin
 from hapkit_studio.analysis.failures.spring import CYCLES, GROWS, RESTS, judged, released_with_friction
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 
-# 1000 N/m, 0.05 kg, 1 kHz, 20 µm, released 3.3 counts away. Columns: peak-to-peak motion at the end, in
-# counts, at σ = 0, 0.1, 0.25, 0.4
+# A mass of 0.05 kg on a spring of 1000 N/m at 1 kHz with counts of 20 µm, released 3.3 counts from
+# equilibrium. Columns: peak-to-peak motion at the end, in counts, at σ = 0, 0.1, 0.25, 0.4
 REGIONS = {
     0.6: (1.68, 0.24, 0.02, 0.01),
     1.0: (0.94, 0.19, 0.03, 0.01),

@@ -108,7 +108,7 @@ PERIOD = 1e-3
 
 
 def window(t, start, piece):
-    """Return a quintic B-spline of mean weight 1 over 6 segments: repeated convolution of a box."""
+    """Return a quintic B-spline over 6 segments, of mean weight 1: a box convolved with itself 5 times."""
     u = (t - start) / (piece * PERIOD)
     signs = [
         (-1) ** k * np.prod([7 - j for j in range(1, k + 1)]) / np.prod(range(1, k + 1)) for k in range(7)

@@ -13,7 +13,7 @@ ALL_AROUND = np.ones((3, 3))
 
 
 def map_from_few_cells(full, seeds=()):
-    """Return a map computed from few cells of a full one, and how often each cell was evaluated."""
+    """Return a map computed from a few cells of a full map, and how often each cell was evaluated."""
     judged = np.zeros(full.shape, dtype=int)
 
     def judge(places):

@@ -234,7 +234,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     def person(words):
         said.append(words)
         force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
-        if words != "Hold":  # the motion is that of a grip of 200 N/m and the wall in series
+        if words != "Hold":  # the hand moves like a grip of 200 N/m in series with the wall
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
     found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)

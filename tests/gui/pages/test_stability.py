@@ -167,7 +167,7 @@ def damper_grows(setting, damping):
     rolls = (1.0 - keeps) * mass / own  # displacement in m for each m/s
     goes, speeds = (
         damping / dt * k for k in ((dt - rolls) / own, (1.0 - keeps) / own)
-    )  # per m between samples
+    )  # changes per m between two samples
     step = [[1.0 - goes, rolls, goes], [-speeds, keeps, speeds], [1.0, 0.0, 0.0]]
     return np.abs(np.linalg.eigvals(step)).max() > 1.0 + 1e-6
 
