@@ -95,4 +95,4 @@ def _swing(seen: list, quantum: float, centre: float, skipped: int = 0) -> Swing
 def theory(damping: float, spec: str, rate: float, delay: float, quantum: float = 20.743e-6) -> float:
     """Return the exact stiffness limit in N/m."""
     loop = checked_loop(MASS, VISCOUS, damping, rate, delay, spec, None, quantum)
-    return stiffness_limit(loop)
+    return stiffness_limit(loop, damping)
