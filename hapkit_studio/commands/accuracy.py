@@ -126,7 +126,8 @@ def _scene(scene: SceneResult) -> str:
     for place in (place.name for place in scene.question.places):
         lines += filter(None, (scene.sentence(place), scene.reason(place)))
         lines += text_lines(columns, scene.at(place), "  ")
-    return "\n".join([*lines, *scene.refused.values()])
+    lines += (f"{method}: {why}".removeprefix(": ") for method, why in scene.refused.items())
+    return "\n".join(lines)
 
 
 def _option_marks(scene: SceneResult, option: Option) -> str:

@@ -42,9 +42,9 @@ SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's r
 LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal if the result is needed within 50 ms
 KNOWN = 0.05  # JND: accuracy of the ideal; errors are equal if they differ by less
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
-# If no option has the margin, options must reach this fraction of the largest limit, and their error must be
-# below this multiple of the least error.
-_AS_STIFF, _AS_TRUE = 0.99, 2.0
+# If no option has the margin, an option's error must not exceed this multiple of the least error, and its
+# limit must reach this fraction of the highest limit among those options.
+_MOST_ERROR, _LEAST_LIMIT = 2.0, 0.99
 _MOST = 100.0  # JND: upper bound of a difference that is split into parts
 # for each choice between methods, its key and the index of its option
 Options = tuple[tuple[str, float], ...]
@@ -309,9 +309,9 @@ class SceneResult:
         if enough or not options:
             return enough
         least = min(o.error for o in options)
-        true = [o for o in options if o.error <= _AS_TRUE * least]
-        top = max(o.limit for o in true)
-        return [o for o in true if math.isnan(top) or o.limit >= _AS_STIFF * top]
+        accurate = [o for o in options if o.error <= _MOST_ERROR * least]
+        top = max(o.limit for o in accurate)
+        return [o for o in accurate if math.isnan(top) or o.limit >= _LEAST_LIMIT * top]
 
     def is_stable_enough(self, option: Option) -> bool:
         """Return True if an option is stable at the scene's stiffness with the margin."""
@@ -349,6 +349,11 @@ class SceneResult:
             warning = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
             near = best.limit >= self.question.stiffness
             warning += "it is close to its limit." if near else "it needs a hand or friction to come to rest."
+            stiffest = max(self.at(place), key=lambda o: o.limit)
+            if best.limit < _LEAST_LIMIT * stiffest.limit:
+                more = f"{stiffest.limit - best.limit:,.0f} N/m more"
+                error = f"its error is {significant(stiffest.error / best.error, 2)} times as large"
+                warning += f" {stiffest.method} is stable up to {more}, but {error}."
         return " ".join(filter(None, (warning, self._cause(best))))
 
     def _cause(self, best: Option) -> str:
