@@ -24,7 +24,7 @@ def force(p, s, x, v, dt):
 ENVIRONMENT = Environment(
     key="my_wall",
     title="My wall",
-    summary="Pushes back when pressed",
+    summary="Pushes back if pressed",
     parameters=(
         # name in the law, label, unit, default, lowest, highest, help
         Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 5000.0, "Force per metre of depth"),

@@ -12,7 +12,7 @@ def force(p, s, x, v, dt):
 ENVIRONMENT = Environment(
     key="free",
     title="Free",
-    summary="The paddle without a force",
+    summary="A paddle without force",
     parameters=(),
     force=force,
     shortcut="0",

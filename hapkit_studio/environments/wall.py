@@ -39,7 +39,7 @@ def unused(p: Values) -> dict[str, str]:
 ENVIRONMENT = Environment(
     key="wall",
     title="Wall",
-    summary="Pushes back when pressed",
+    summary="Pushes back if pressed",
     parameters=(
         Parameter(
             "stiffness",
