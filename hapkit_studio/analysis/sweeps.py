@@ -18,6 +18,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 
 from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.errors import StudioError
+from hapkit_studio.worker import Worker
 
 Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
@@ -147,7 +148,7 @@ def begin_worker() -> None:
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     low_priority()
-    threading.Thread(target=_exit_with_parent, name="parent", daemon=True).start()
+    Worker("parent").submit(_exit_with_parent)
 
 
 def _exit_with_parent() -> None:

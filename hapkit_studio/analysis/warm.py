@@ -1,7 +1,6 @@
 """Run once, with small input, every compiled function that measurements use, to fill numba's cache."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -10,13 +9,14 @@ from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.worker import Worker
 
 
 def warm_up() -> None:
     """Compile the functions of the stability map, the charts and the protocols."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
     # use one worker, because a sweep's low-priority threads would wait on a busy machine
-    with ThreadPoolExecutor(1) as one:
+    with Worker("warm-up") as one:
         rendered.boundary(LoopSettings(), damping, executor=one)
         rendered.classes(LoopSettings(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():

@@ -4,7 +4,6 @@ import contextlib
 import os
 import queue
 import subprocess
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from hapkit_studio.devices.serial_ports import holder
 from hapkit_studio.errors import FlashError, ParameterError, PortBusyError, PortGoneError
 from hapkit_studio.files import read_bytes
 from hapkit_studio.protocol.messages import BAUD, Hello
+from hapkit_studio.worker import Worker
 
 FLASH_BYTES = 32256
 """Bytes of the ATmega328P's flash without the Arduino Uno's boot loader."""
@@ -204,7 +204,7 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
                 chunks.put(chunk)
         chunks.put(b"")
 
-    threading.Thread(target=pump, name="avrdude", daemon=True).start()
+    Worker("avrdude").submit(pump)
     heard = time.monotonic()
     while True:
         try:

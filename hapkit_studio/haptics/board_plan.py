@@ -4,7 +4,6 @@ import hashlib
 import math
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
@@ -21,6 +20,7 @@ from hapkit_studio.haptics.link import Link
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.machine import FRAME, RAMP, REST_AT_MOST, Refusal
 from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
+from hapkit_studio.worker import Worker
 
 if TYPE_CHECKING:
     from hapkit_studio.laws.board import Program
@@ -195,8 +195,7 @@ class BackgroundPlanner:
 
     def __init__(self, done: Callable[[BoardPlanner], None]):
         self._done = done
-        self._thread = ThreadPoolExecutor(1, "hapkit-law")
-        self._waiting: Future = Future()
+        self._worker = Worker("hapkit-law")
 
     def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
         """Return the cached answer, or None after starting the work."""
@@ -213,14 +212,13 @@ class BackgroundPlanner:
 
         found = planner.known(request)
         if found is None:
-            self._waiting.cancel()
-            self._waiting = self._thread.submit(work_out)
+            self._worker.submit_newest(work_out)
         return found
 
     def close(self) -> None:
         """End the thread, and discard a request that waits."""
-        self._thread.shutdown(wait=False, cancel_futures=True)
-        self._thread = ThreadPoolExecutor(1, "hapkit-law")
+        self._worker.shutdown(wait=False, cancel_futures=True)
+        self._worker = Worker("hapkit-law")
 
 
 @lru_cache(maxsize=_CACHE_SIZE)

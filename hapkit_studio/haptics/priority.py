@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
+from hapkit_studio.worker import Worker
 
 _STANDARD_POLICY, _TIME_CONSTRAINT_POLICY = 1, 2
 _PERIOD, _COMPUTATION, _CONSTRAINT = 1e-3, 0.2e-3, 0.5e-3
@@ -157,16 +158,10 @@ def current(obtained: Priority, thread: int) -> Priority:
 
 def probe() -> Priority:
     """Return the priority that a loop started now would obtain, determined in a separate thread."""
-    found = []
-
-    def probe_thread() -> None:
-        found.append(obtain())
-        release()
-
-    thread = threading.Thread(target=probe_thread, name="hapkit-priority")
-    thread.start()
-    thread.join()
-    return found[0]
+    with Worker("hapkit-priority") as worker:
+        found = worker.submit(obtain).result()
+        worker.submit(release)
+    return found
 
 
 def report() -> str:

@@ -4,11 +4,11 @@ It runs in its own thread. Loop and window wait for it only when a file is compl
 """
 
 import queue
-import threading
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +32,7 @@ from hapkit_studio.sessions.file import (
     SessionError,
     SessionWriter,
 )
+from hapkit_studio.worker import Worker
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
@@ -93,8 +94,8 @@ class Recorder:
         self._events: deque[Event] = deque()
         self._base: dict[str, Event] = {}  # the settings that were valid before the oldest chunk
         self._writer: SessionWriter | None = None
-        self._thread = threading.Thread(target=self._run, name="hapkit-recorder", daemon=True)
-        self._thread.start()
+        self._worker = Worker("hapkit-recorder")
+        self._ended = self._worker.submit(self._run)
 
     # --- called from other threads
 
@@ -136,11 +137,12 @@ class Recorder:
             self.stop()
         finally:
             self._open = False
-            self._thread.join()
+            self._worker.shutdown()
 
     def _wait(self, job: Callable[[], _T]) -> _T:
         """Run a job in the thread; return its result or raise its exception."""
         done: Future[_T] = Future()
+        waited: list[Future[Any]] = [done, self._ended]
 
         def run() -> None:
             try:
@@ -149,19 +151,22 @@ class Recorder:
                 done.set_exception(error)
 
         self._jobs.put(run)
-        while self._thread.is_alive() and not done.done():
-            wait([done], _POLL_SECONDS)
-        if not done.done():  # a defect has ended the thread, so waiting would never end
+        wait(waited, return_when=FIRST_COMPLETED)
+        if not done.done():  # a defect has ended the recorder, so waiting would never end
             raise SessionError("The recorder has failed: recording has ended.")
         return done.result()
 
     # --- in the recorder's thread
 
     def _run(self) -> None:
-        while self._open:
-            with suppress(queue.Empty):
-                self._jobs.get(timeout=_POLL_SECONDS)()
-            self._take()
+        try:
+            while self._open:
+                with suppress(queue.Empty):
+                    self._jobs.get(timeout=_POLL_SECONDS)()
+                self._take()
+        except Exception:
+            traceback.print_exc()
+            raise
 
     def _change_to(self, engine: Engine | None) -> None:
         # first write the previous engine's rows, so that times increase even while both loops run

@@ -12,13 +12,14 @@ import subprocess
 import threading
 import weakref
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment
+from hapkit_studio.worker import Worker
 from hapkit_studio.workshop import isolated
 from hapkit_studio.workshop.source import Source
 
@@ -65,7 +66,7 @@ class Functions:
         self._source = owner
         self.off = ""
         self._lock = threading.RLock()
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="own-functions")
+        self._worker = Worker("own-functions")
         self._process: subprocess.Popen | None = None
         self._hello: Future[bytes] | None = None
 

@@ -223,9 +223,9 @@ def test_a_recording_that_cannot_be_completed_is_over_nevertheless(recorder, tmp
     assert recorder.progress is None
 
 
-def test_callers_do_not_wait_for_a_recorder_after_a_defect(monkeypatch):
-    monkeypatch.setattr(threading, "excepthook", lambda _what: None)
+def test_callers_do_not_wait_for_a_recorder_after_a_defect(capsys):
     recorder = Recorder()
     recorder._jobs.put(lambda: 1 / 0)
     with pytest.raises(SessionError, match="has failed"):
         recorder.stop()
+    assert "ZeroDivisionError" in capsys.readouterr().err

@@ -1,16 +1,16 @@
 """Background work: long jobs with progress and cancel, and quick requests; only the newest is answered."""
 
-import threading
 import time
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import Cancelled, StudioError
 from hapkit_studio.gui.state import prepare
+from hapkit_studio.worker import Worker
 
 Progress = Callable[[int, int], None]
 Work = Callable[[Progress], Any]
@@ -22,7 +22,7 @@ LATE_MS = 100
 
 
 class Job(QObject):
-    """Runs one job at a time in a thread; a new job replaces the running one.
+    """Runs one job at a time in a thread; a new job cancels the running one, and begins after its end.
 
     ``work(progress)`` returns the result. It must call ``progress(done, of)`` often; this call raises once
     the job is cancelled. ``needs`` is the part that must be compiled before the job, or "". ``preparing`` is
@@ -41,7 +41,7 @@ class Job(QObject):
         super().__init__(parent)
         self._needs, self._must_finish = needs, must_finish
         self._wanted: object = None
-        self._threads: list[threading.Thread] = []
+        self._worker = Worker("measuring")
         self._done.connect(self._deliver)
 
     @property
@@ -52,9 +52,7 @@ class Job(QObject):
     def start(self, work: Work) -> None:
         """Start a job; a running job is cancelled."""
         token = self._wanted = object()
-        thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
-        self._threads = [*(one for one in self._threads if one.is_alive()), thread]
-        thread.start()
+        self._worker.submit_newest(self._work, work, token)
         self.running_changed.emit(True)
 
     def cancel(self) -> None:
@@ -64,29 +62,34 @@ class Job(QObject):
             self.running_changed.emit(False)
 
     def wait(self) -> None:
-        """Wait until the thread has ended; tests and the closing window call this."""
-        while self._threads:
-            self._threads.pop().join()
+        """Wait until the job has ended; tests and the closing window call this."""
+        self._worker.wait()
 
     def end(self) -> None:
         """Cancel the job unless it must finish, and wait for the thread."""
         if not self._must_finish:
             self.cancel()
-        self.wait()
+        self._worker.shutdown()
+        self._worker = Worker("measuring")  # a closed page may be opened again
+
+    def _check(self, token: object) -> None:
+        """Raise Cancelled unless the job with this token is wanted."""
+        if token is not self._wanted:
+            raise Cancelled("cancelled")
 
     def _work(self, work: Work, token: object) -> None:
         reported = 0.0
 
         def progress(done: int, of: int) -> None:
             nonlocal reported
-            if self._wanted is not token:
-                raise Cancelled("cancelled")
+            self._check(token)
             now = time.monotonic()
             if done >= of or now - reported > _PROGRESS_SECONDS:
                 reported = now
                 self.progressed.emit(done, of)
 
         try:
+            self._check(token)
             self._prepare(token)
             self._done.emit(token, work(progress), "")
         except Cancelled:
@@ -136,7 +139,7 @@ class LatestResult(QObject):
         self._solve = solve
         self._newest: Any = None
         self._job: Future[Any] | None = None
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="answers")
+        self._worker = Worker("answers")
         self._waiting = QTimer(self, interval=LATE_MS, singleShot=True)
         self._waiting.timeout.connect(self.late)
         self._done.connect(self._deliver)
@@ -149,7 +152,7 @@ class LatestResult(QObject):
         self._newest = request
         if not self._waiting.isActive():
             self._waiting.start()
-        self._job = self._worker.submit(self._solve, request)
+        self._job = self._worker.submit_newest(self._solve, request)
         self._job.add_done_callback(self._done.emit)
 
     def forget(self) -> None:
@@ -164,12 +167,12 @@ class LatestResult(QObject):
 
     def wait(self) -> None:
         """Wait until every request is answered."""
-        self._worker.submit(int).result()
+        self._worker.wait()
 
     def end(self) -> None:
         """Discard the waiting request and end the thread."""
         self.forget()
-        self._worker.shutdown(wait=True)
+        self._worker.shutdown()
 
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:

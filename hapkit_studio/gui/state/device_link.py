@@ -1,7 +1,7 @@
 """The current device: it is opened and closed in a thread, and reconnected after it was lost."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import DeviceError, PortBusyError, PortGoneError, PortPermissionError, StudioError
+from hapkit_studio.worker import Worker
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -73,7 +74,7 @@ class DeviceLink(QObject):
         self._refusals = 0
         self._request = self._served = 0
         self._started: list[Engine] = []
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
+        self._worker = Worker("connect")
         self._finished.connect(self._deliver)
         self._waits.connect(self._note_waiting)
         self._again = QTimer(self, interval=RETRY_MS)
@@ -129,7 +130,7 @@ class DeviceLink(QObject):
         engine, self.engine = self.engine, None
         if engine is not None:
             self._worker.submit(engine.close)
-        self._worker.shutdown(wait=True)
+        self._worker.shutdown()
         while self._started:
             self._started.pop().close()
 

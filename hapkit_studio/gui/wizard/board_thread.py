@@ -3,13 +3,16 @@
 import queue
 import threading
 import time
+import traceback
 from collections.abc import Callable
+from concurrent.futures import Future, wait
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
+from hapkit_studio.worker import Worker
 
 BUSY_SECONDS = 5.0
 """s: time-out for the application's own loop to release the port."""
@@ -51,23 +54,23 @@ class BoardThread(QObject):
         self._timer = QTimer(self, interval=POLL_MS)
         self._timer.timeout.connect(self._read_reports)
         self.destroyed.connect(self._quit.set)  # the thread ends together with its owner
-        self._thread = threading.Thread()
+        self._worker = Worker("wizard")
+        self._running: Future[None] | None = None  # from opening the board until it is closed
 
     def start(self) -> None:
         """Open the board; after a failure, open it again without earlier state."""
-        if self._thread.ident is not None:
-            self._thread.join(JOIN_SECONDS)
+        if self._running is not None:
+            wait([self._running], JOIN_SECONDS)
         if self._quit.is_set():
             return
-        if self._thread.is_alive():
+        if self._running is not None and not self._running.done():
             self._reports.put(
                 ("failed", "The connection to the board is still being closed. Try again in a few seconds.")
             )
             return
         self.runner = self.subject = self._job = self._after = None
         self.busy = True
-        self._thread = threading.Thread(target=self._run, name="wizard", daemon=True)
-        self._thread.start()
+        self._running = self._worker.submit(self._run)
         self._timer.start()
 
     def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
@@ -122,8 +125,7 @@ class BoardThread(QObject):
         if self.runner is not None:
             self.runner.stop()
             self.runner.cancel()
-        if self._thread.ident is not None:
-            self._thread.join(JOIN_SECONDS)
+        self._worker.shutdown(timeout=JOIN_SECONDS)
 
     # methods that run in the thread; they do not use Qt, because the window may be destroyed at any moment
 
@@ -141,8 +143,8 @@ class BoardThread(QObject):
         except DeviceError as error:
             self._reports.put(("failed", str(error)))
         except Exception:
+            traceback.print_exc()
             self._reports.put(("failed", "An error in the program ended this step. The force is zero."))
-            raise
         finally:
             if runner is not None:
                 runner.close()

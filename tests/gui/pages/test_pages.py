@@ -101,10 +101,11 @@ def test_a_job_reports_progress_and_delivers_its_result(job, qtbot):
 
 @pytest.mark.parametrize("newer", [False, True], ids=["cancelled", "replaced"])
 def test_a_cancelled_job_ends_at_its_next_progress_and_delivers_nothing(job, qtbot, qapp, newer):
-    go_on, ended, heard = threading.Event(), threading.Event(), []
+    begun, go_on, ended, heard = threading.Event(), threading.Event(), threading.Event(), []
 
     def work(progress):
         try:
+            begun.set()
             go_on.wait()
             progress(1, 2)
             return "never"
@@ -113,15 +114,14 @@ def test_a_cancelled_job_ends_at_its_next_progress_and_delivers_nothing(job, qtb
 
     job.finished.connect(heard.append)
     job.start(work)
-    old = job._threads[-1]
+    assert begun.wait(60.0)
     if newer:
-        with qtbot.waitSignal(job.finished):
-            job.start(lambda progress: "new")
+        job.start(lambda progress: "new")
     else:
         job.cancel()
-    assert not job.running
+    assert job.running == newer
     go_on.set()
-    old.join()
+    job.wait()
     qapp.processEvents()
     assert ended.is_set()
     assert heard == ["new"] * newer
