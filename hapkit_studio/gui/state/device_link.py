@@ -102,6 +102,7 @@ class DeviceLink(QObject):
         self._again.stop()
         text = f"In use: {user}" if user else ""
         self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))
+        self._request += 1  # close an engine that is still being opened, and do not report its failure
         old = self._detach()
         if old is not None:
             self._submit(old.close)

@@ -217,6 +217,30 @@ def test_history_is_kept_with_a_gap_on_reconnection_and_change_of_device(window,
         assert [words for _, words in window.live.history.dividers] == named
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_port_that_is_released_while_it_opens_stays_released(qtbot, fails):
+    begun, gate, ready, opened = threading.Event(), threading.Event(), [], []
+
+    def build(entry):
+        begun.set()
+        gate.wait(PATIENCE_MS / 1000.0)
+        if fails:
+            raise errors.PortBusyError("ttyUSB0 is used by minicom.")
+        return build_engine(entry)
+
+    link = DeviceLink(lambda: [SIMULATED], build, ready.append, opened.append)
+    link.open(SIMULATED)
+    assert begun.wait(PATIENCE_MS / 1000.0)
+    link.release_port()
+    with qtbot.waitSignal(link._finished):
+        gate.set()
+    assert link.link.state == "idle"
+    assert link.engine is None
+    link.close()
+    assert not any(engine.health().running for engine in ready)
+    assert not opened
+
+
 def test_a_device_that_opens_while_the_window_closes_is_closed(qapp):
     begun, gate, ready, opened = threading.Event(), threading.Event(), [], []
 
