@@ -211,8 +211,8 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Start the handover at zero force; send zero and direction first if the user has changed them.
 
-    In the board's settings, the zero is a sensor count before the direction is applied. The force is the
-    force after the direction is applied.
+    In the board's settings, the zero is a count of the sensor itself, without the sign of the direction. The
+    force has this sign.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1

@@ -91,14 +91,15 @@ Then: the board receives its law; the board renders; the board was told to stop 
 CHUNK, HISTORY = 4096, 2048
 # largest number of periods of added delay: the message of a force has one byte for the age of its sample
 MOST_ADDED = 255
-# s without a frame after which the board counts as disconnected: it has restarted and no longer streams, or
-# it hangs
+# s: time without a frame after which the board counts as disconnected. It has restarted and no longer
+# streams, or it hangs.
 GONE_AFTER = 1.0
-MOTOR_ON_WITHIN = 0.3  # s after which a board that receives answers has certainly switched its motor on
-# number of consecutive late answers, and s that they span, from which on the computer cannot render
+MOTOR_ON_WITHIN = 0.3  # s: time after which a board that receives answers has certainly switched its motor on
+# after this many consecutive late answers that span this time in s, the computer cannot render
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
-REPEAT_AFTER = 0.1  # s after which a message that had no effect is repeated
-CLOCK_SLACK = 0.1  # s by which the board's clock may run ahead of the computer's clock between two frames
+REPEAT_AFTER = 0.1  # s: time after which a message that had no effect is repeated
+# s: the board's clock may run ahead of the computer's clock by this time between two frames
+CLOCK_SLACK = 0.1
 # fraction by which the board's clock may be slower permanently, like that of a virtual board on a busy
 # computer
 _CLOCK_SLOW = 0.1

@@ -17,7 +17,7 @@ from hapkit_studio.laws.native import INTERPRETED
 from hapkit_studio.laws.translate import FUEL
 
 LONGEST = 1e-3
-"""s of processor time that a call of a law may take in a headless run, even if a period is shorter.
+"""s: longest processor time of a call of a law in a headless run, even if a period is shorter.
 
 Reference runs use rates that no computer achieves.
 """

@@ -134,7 +134,7 @@ release, demote = _system.release, _system.demote
 class Priority:
     """A description of the priority, such as "Real-time priority (FIFO 80)".
 
-    It also says how to get a higher priority; this text may be empty.
+    It also states how to get a higher priority; this text may be empty.
     """
 
     text: str

@@ -24,9 +24,12 @@ STALE_AFTER = 0.020
 RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
 OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
-"""s of processor time: a law latches a fault if two or more calls longer than a period take MOST_OVERRUN in
-total within OVERRUN_WINDOW, or if one call takes MOST_ONCE. A single call may take some ms if the kernel must
-clear a page."""
+"""s: limits of processor time.
+
+A law latches a fault if two or more calls longer than a period take MOST_OVERRUN in total within
+OVERRUN_WINDOW, or if one call takes MOST_ONCE. A single call may take some ms if the kernel must clear a
+page.
+"""
 LONGEST_TURN = 20e-6
 """Largest processor time in s of a loop iteration of a law, and of the rest of a call: about 1,000 sines.
 
