@@ -56,7 +56,7 @@ def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
 
 
 def _words_for(error: BaseException, inside: bool) -> str:
-    """Return the text for an exception; ``inside`` tells that a line of the user's file raised it."""
+    """Return the text for an exception; ``inside`` is true if a line of the user's file raised it."""
     match error:
         case NameError(name=str(name)):
             return f"'{name}' is not defined"
