@@ -187,7 +187,7 @@ def test_a_motion_that_may_exceed_the_limit_does_not_start(write, name):
         move(runner)
     assert runner.board.forces == []
     write(f"force_limit = {ABOVE * limits.force}")
-    with contextlib.suppress(AbortedError):  # the handle on test is not ready for all motions
+    with contextlib.suppress(AbortedError):  # the handle of this test is not suitable for all motions
         move(runner)
     assert len(runner.board.forces) > 0
     assert np.abs(runner.board.forces).max() <= limits.force

@@ -18,7 +18,7 @@ HANDLE, STOP = 0.090, 0.055
 """m: the handle's radius, and the position of its end stops."""
 EVERY = 20
 ANSWER = 0.4e-3
-"""s from a sample until its force takes effect, by the serial line and the board."""
+"""s: time from a sample until its force takes effect, by the serial line and the board."""
 
 
 class PaddleKit(Device):

@@ -110,10 +110,13 @@ def test_padding_must_be_worth_its_bytes():
 # --- the firmware behind the virtual board's FTDI chip
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
-"""s per padding byte besides its own bits: two bit times of silence after every second byte, and 6 cycles of
-the board's main program to queue it."""
+"""s: time of a padding byte in addition to its own bits.
+
+There are two bit times of silence after every second byte, and the board's main program needs 6 cycles to
+queue it.
+"""
 BUSY = 0.2e-3
-"""s that the board's main program needs to build and pad its next frame before it reads a reply."""
+"""s: time that the board's main program needs to build and pad its next frame before it reads a reply."""
 FRAME = len(encode(sample(1)))
 
 

@@ -11,7 +11,7 @@ from hapkit_studio.environments import cat
 from tests.environments.calling import column, imposed
 from tests.wide import wide
 
-STROKE = {"pet": 1.2, "rub": 0.3}  # s per stroke from one end to the other
+STROKE = {"pet": 1.2, "rub": 0.3}  # s: duration of a stroke from one end to the other
 
 
 def grown(gain, speed, start, seconds):

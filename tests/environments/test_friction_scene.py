@@ -88,8 +88,8 @@ def test_models_by_speed_alone_do_not_stick(model):
 def dragged(path, static, kinetic, stiffness, shock):
     """Return the force (n,) in N of a tether whose anchor follows every sample of a path (n,).
 
-    ``shock`` is the damping's force in N per m between samples. The implicit step is taken from Kikuuwe et
-    al. 2006.
+    ``shock`` is the damping divided by the period: the damper's force in N for each m of motion between two
+    samples. The implicit step is taken from Kikuuwe et al. 2006.
     """
     anchor = before = path[0]
     out, stuck = [], True

@@ -37,9 +37,9 @@ class Measured:
 
     name: str
     peak: float  # N: largest force at the motor's pins
-    off: float  # s after START until the motor was off
-    on_while_off: float  # s before END in which the motor was on again, although it must be off
-    back: float  # s after END until the full force was back
+    off: float  # s: time from START until the motor was off
+    on_while_off: float  # s: time before END in which the motor was on again, although it must be off
+    back: float  # s: time from END until the full force was back
     rows: int
     wrong_rows: int  # number of rows that have a wrong position and no gap mark
     unmarked_gaps: int

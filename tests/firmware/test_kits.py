@@ -25,7 +25,10 @@ START = 0.1
 LATENCY = 5e-6
 """m: distance that a handle at 1 m/s moves during the latency of the encoder's interrupt."""
 SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
-"""Sines of 40 mm at 2 Hz, then with a peak of 0.94 m/s, then of 57 m/s²."""
+"""Amplitude in m, frequency in Hz and duration in s of three sines.
+
+The peak speed of the second is 0.94 m/s, the peak acceleration of the third is 57 m/s².
+"""
 
 
 def wave(sample):

@@ -177,7 +177,10 @@ BYTES = 100_000
 AHEAD = 2500
 """Number of bytes sent in advance: enough for the longest turn of 20 ms, and a reserve."""
 KITS = 8
-"""Number of turns with a different kit, half of which arrive; then the kit is saved, which takes 0.25 s."""
+"""Number of turns in which a different kit is sent.
+
+Half of these kits arrive. After these turns the kit is saved, which takes 0.25 s.
+"""
 LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
 RATES = (4000, 3400, 2000, 1600, 1000, 900, 500)
 COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))

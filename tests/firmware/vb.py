@@ -21,9 +21,9 @@ from tests.waiting import PATIENCE, write_all
 
 CHIPS = Path(__file__).with_name("chips")
 FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
-"""N at full duty: torque * sector radius / (handle radius * pulley radius)."""
+"""N: force at full duty, which is torque * sector radius / (handle radius * pulley radius)."""
 QUANTUM = np.pi * 0.090 * 0.005 / (921 * 0.074)
-"""m per sensor count: half a turn of the motor has 921 counts."""
+"""m: handle travel per sensor count; half a turn of the motor has 921 counts."""
 LONGEST_INTERRUPT = 250
 """Cycles for which interrupts may be disabled, because the port buffers two bytes of 160 cycles."""
 

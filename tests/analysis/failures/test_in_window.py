@@ -38,7 +38,8 @@ def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
     for share, words in ((0.96, "it comes to rest."), (1.04, "it keeps oscillating.")):
         assert live("large_push", share).advice.endswith(words)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
-    # at the motor's limit of 3 N, the pointer is 15 mm beyond a handle that a grip of 200 N/m pulls
+    # the grip of 200 N/m has to pull with the motor's limit of 3 N, so the pointer is 15 mm ahead of the
+    # handle
     assert behind(5e-3, 2000.0) == pytest.approx(20e-3)
 
 

@@ -19,7 +19,10 @@ pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not bu
 HAND, ROWS = 0.014, 50
 CHOICE_SECONDS, SLIDER_SECONDS = 1.0, 0.3
 COMPILATIONS = 8
-"""Smallest time limit in compile times, because a law is compiled at several rates while the window draws."""
+"""Smallest time limit as a multiple of a law's compile time.
+
+A law is compiled at several rates, while the window draws.
+"""
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from tests.devices.paddle_kit import PaddleKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 PACE = 2e-5
-"""Real seconds per period of the kit, so that its thread leaves time to the window."""
+"""s: real time per period of the kit, so that the kit's thread leaves processor time to the window."""
 
 
 def no_engine(_entry):

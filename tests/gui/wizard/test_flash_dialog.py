@@ -17,7 +17,7 @@ from tests.firmware import boot
 from tests.gui.window_support import SIMULATED
 
 SOON = 1_000_000
-"""bit/s of a boot loader that receives a whole firmware quickly."""
+"""bit/s: speed of a boot loader that receives a whole firmware quickly."""
 
 
 @pytest.fixture
