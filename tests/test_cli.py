@@ -303,7 +303,7 @@ def test_a_final_fault_ends_a_run_and_keeps_its_rows(code, remedy):
     table, played = live_run.play(engine, engine, None, 20.0)
     assert len(table) == 2 * (3 + 1)
     assert played < 20.0
-    assert live_run.fault_words(engine.fault) == f"It is so. Force is zero. {remedy}"
+    assert live_run.fault_text(engine.fault) == f"It is so. Force is zero. {remedy}"
 
 
 def engine_on_bad_link():

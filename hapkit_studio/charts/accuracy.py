@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import words
 from hapkit_studio.analysis.accuracy.plan import front
-from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_words, hertz, jnd, limit_words
+from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_text, hertz, jnd, limit_text
 from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
 from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS
@@ -51,8 +51,8 @@ def marker_and_color(method: str) -> tuple[str, str]:
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
     """Return the columns of a chart's tolerances: the cheapest methods on this computer, or on the board."""
     return (
-        Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False),
-        Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False),
+        Column("Cheapest, step", lambda t: words.winner_text(sheet, t, board, "ms"), right=False),
+        Column("Error ≤", lambda t: words.tolerance_text(t, sheet.scene), right=False),
     )
 
 
@@ -98,7 +98,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
             draw_methods(panel, c, part, counted) if result.sheets else draw_scene(panel, c, part)
 
     machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
-    delays = delay_words(option for scene in result.scenes for option in scene.options)
+    delays = delay_text(option for scene in result.scenes for option in scene.options)
     key = f"{METHODS_KEY} Timed on: {machine}" if result.sheets else f"{SCENE_KEY} Delay: {delays}."
     save(paint, path, (columns * wide, rows * high), caption=key)
 
@@ -183,7 +183,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
             )  # fmt: skip
     legend(axes, c)
     figure.figure.draw_without_rendering()
-    tolerance = f"within {words.tolerance_words(sheet.scene.tolerance, sheet.scene)}"
+    tolerance = f"within {words.tolerance_text(sheet.scene.tolerance, sheet.scene)}"
     found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
         found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))
@@ -268,7 +268,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             names.text(0.17, row, name, **plain)
             low = min(low, _bar(axes, c, option, row, reach))
             right.text(0.45, row, hertz(option.rate), ha="right", **plain)
-            limit = limit_words(option.limit).removeprefix("stable up to ").removeprefix("limit ")
+            limit = limit_text(option.limit).removeprefix("stable up to ").removeprefix("limit ")
             limit = limit.removesuffix(" stable")
             right.text(1.0, row, limit, ha="right", **plain)
             row += 1.0
@@ -370,7 +370,7 @@ NEEDS_KEY = (
 _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
 
 
-def felt_words(felt: float | None) -> str:
+def felt_text(felt: float | None) -> str:
     """Format just-noticeable differences; an infinite one means a missing event."""
     if felt is None:
         return "–"
@@ -379,12 +379,12 @@ def felt_words(felt: float | None) -> str:
 
 
 EFFECT_COLUMNS = (
-    Column("Most people feel", lambda effect: felt_words(effect.felt), unit="JND"),
+    Column("Most people feel", lambda effect: felt_text(effect.felt), unit="JND"),
     Column("Sense", lambda effect: effect.sense, right=False),
     Column("Hand motion", lambda effect: effect.hand, right=False),
-    Column("Most sensitive people", lambda effect: felt_words(effect.strict), unit="JND"),
-    Column("Noticeable", lambda effect: effect.since_words, right=False),
-    Column("Change of stiffness limit", lambda effect: effect.gain_words),
+    Column("Most sensitive people", lambda effect: felt_text(effect.strict), unit="JND"),
+    Column("Noticeable", lambda effect: effect.since_text, right=False),
+    Column("Change of stiffness limit", lambda effect: effect.gain_text),
 )  # each row is the effect of removing one term
 
 
@@ -394,8 +394,8 @@ def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:
     axes.set_axis_off()
     texts, grounds = [], []
     for result in results:
-        cells = [(felt_words(e.felt) + (" †" if e.differs else ""), e) for e in result.effects]
-        more = [", ".join(w for w in (e.since_words, e.gain_words) if w != "–") for _, e in cells]
+        cells = [(felt_text(e.felt) + (" †" if e.differs else ""), e) for e in result.effects]
+        more = [", ".join(w for w in (e.since_text, e.gain_text) if w != "–") for _, e in cells]
         texts.append([
             word if word in ("0", "–") else f"{word}\n{e.sense}, {e.hand}\n{last}".strip()
             for (word, e), last in zip(cells, more, strict=True)

@@ -9,7 +9,7 @@ from typing import Any
 from hapkit_studio import environments
 from hapkit_studio.charts.style import unbroken
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.loop_settings import estimator_words
+from hapkit_studio.dynamics.loop_settings import estimator_texts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, on_screen
@@ -85,7 +85,7 @@ def _conditions(settings: Settings) -> list[str]:
 
 def _estimator(spec: Any) -> list[str]:
     with suppress(ParameterError, TypeError, ValueError):
-        return [estimator_words(tuple(spec) if isinstance(spec, list) else spec)[1]]
+        return [estimator_texts(tuple(spec) if isinstance(spec, list) else spec)[1]]
     return []
 
 

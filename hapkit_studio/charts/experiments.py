@@ -19,7 +19,7 @@ _MARKS, _DASHES = "osD^vP*X", ("solid", DASH, DOT, DASH_DOT)
 _SLOPE = 1.3  # slope with which the Weibull function best describes comparisons of noisy impressions
 
 
-def interval_words(found: Interval, decimals: int, factor: float = 1.0) -> str:
+def interval_text(found: Interval, decimals: int, factor: float = 1.0) -> str:
     """Format an estimate with half of its 95 % interval; return a dash if there is no estimate."""
     if not math.isfinite(found.value):
         return "–"
@@ -34,13 +34,13 @@ def pointing_columns() -> tuple[Column, ...]:
         Column("Condition", lambda r: r.condition, right=False),
         Column("Friction", lambda r: number(r.force, 1), unit="N"),
         Column("Trials", lambda r: str(r.count)),
-        Column("a", lambda r: interval_words(r.intercept, 0, 1e3), unit="ms"),
-        Column("b", lambda r: interval_words(r.slope, 0, 1e3), unit="ms/bit"),
+        Column("a", lambda r: interval_text(r.intercept, 0, 1e3), unit="ms"),
+        Column("b", lambda r: interval_text(r.slope, 0, 1e3), unit="ms/bit"),
         Column("r²", lambda r: number(r.fit, 2) if math.isfinite(r.fit) else "–"),
-        Column("Throughput", lambda r: interval_words(r.throughput, 1), unit="bit/s"),
+        Column("Throughput", lambda r: interval_text(r.throughput, 1), unit="bit/s"),
         Column("Missed", lambda r: number(100.0 * r.missed / r.count, 0), unit="%"),
         Column(
-            "Time", lambda r: interval_words(r.change, 0, 100.0), unit="% more"
+            "Time", lambda r: interval_text(r.change, 0, 100.0), unit="% more"
         ),
     )  # fmt: skip
 
@@ -67,7 +67,7 @@ def draw_pointing(figure: Any, c: Colors, found: Sequence[Line]) -> None:
     legend(axes, c)
 
 
-def threshold_words(found: Threshold) -> str:
+def threshold_text(found: Threshold) -> str:
     """Return the threshold, the Weber fraction and their intervals as one sentence."""
     value, low, high = (on_screen(one, found.unit, 3) for one in found.threshold)
     weber = [number(100.0 * one, 0) for one in found.weber]
@@ -83,7 +83,7 @@ def threshold_words(found: Threshold) -> str:
 
 def threshold_figure(found: Threshold, path: str | Path) -> None:
     """Write the figure with the staircase and the fractions of right answers."""
-    caption = f"{threshold_words(found)} 95 % intervals; {with_unit(100.0 * CONVERGES, '%')} right at it."
+    caption = f"{threshold_text(found)} 95 % intervals; {with_unit(100.0 * CONVERGES, '%')} right at it."
     save(lambda figure, c: draw_threshold(figure, c, found), path, _SIZE, caption=caption)
 
 

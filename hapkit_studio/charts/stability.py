@@ -11,7 +11,7 @@ import numpy as np
 
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-from hapkit_studio.analysis.stability.margin import factor, hand_words
+from hapkit_studio.analysis.stability.margin import factor, hand_text
 from hapkit_studio.charts import style
 from hapkit_studio.formatting import number
 
@@ -63,7 +63,7 @@ class Map:
             "people": plane.family is not None,
             "coulomb": plane.coulomb < plane.top,
         }
-        return {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
+        return {key: kb_plane.line_texts(plane, key) for key, on in there.items() if on}
 
 
 def stability_figure(
@@ -76,7 +76,7 @@ def stability_figure(
     shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
     unit, digits, found = ("N·s/m", 1, dampings) if dampings else ("N/m", 0, plane.hands)
-    limits = [(f"Limit, {hand_words(h)}", f"{number(k, digits)} {unit}") for h, k in found.items() if k == k]
+    limits = [(f"Limit, {hand_text(h)}", f"{number(k, digits)} {unit}") for h, k in found.items() if k == k]
     own = [("Device", device)] if device else []
     pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
     title = "Without the controller: " if plane.setting.controller else ""
@@ -124,7 +124,7 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
         if hand != plane.setting.hand and len(inside):
             axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6, linestyle=_HANDS.get(hand, "-"))
             axes.annotate(
-                hand_words(hand), (plane.damping[inside[-1]], limits[inside[-1]]), (-4, 9), va="center",
+                hand_text(hand), (plane.damping[inside[-1]], limits[inside[-1]]), (-4, 9), va="center",
                 textcoords="offset points", size=style.TICK, color=c.ink, path_effects=style.text_outline(c),
                 annotation_clip=False,
             ).set_in_layout(False)  # fmt: skip
@@ -165,7 +165,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     from matplotlib.patches import Rectangle
 
     plane, cells = shown.plane, shown.plane.cells
-    hand = hand_words(plane.setting.hand)
+    hand = hand_text(plane.setting.hand)
     whose = hand if shown.particular or not plane.setting.controller else "without controller"
     named = dict.fromkeys(("stable", "unstable"), whose) if plane.setting.linear else {}
     friction = plane.setting.linear and plane.setting.coulomb > 0.0 and cells is None
@@ -192,7 +192,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
         axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=c.passive, linewidth=0.0, zorder=0.4)
         sample = Rectangle((0, 0), 0, 0, color=c.passive, label="passive: stable in any hand")
         axes.add_patch(sample)
-    kinds = kb_plane.class_words(cells is not None and cells.controller)
+    kinds = kb_plane.class_descriptions(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
             grows = "grows after a small push" if friction else "grows"

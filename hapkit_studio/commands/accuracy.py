@@ -97,10 +97,10 @@ def _sheet(sheet: Sheet) -> str:
         columns.append(replace(on_board, title="On the board"))
     best = front(sheet.points)
     points = (
-        Column("Method", lambda p: words.name_words(p, sheet), right=False),
-        Column("Error", lambda p: words.error_words(p.error, sheet.scene)),
-        Column("Cost", words.cost_words),
-        Column("Cost on the board", lambda p: words.cost_words(p, True)),
+        Column("Method", lambda p: words.name_text(p, sheet), right=False),
+        Column("Error", lambda p: words.error_text(p.error, sheet.scene)),
+        Column("Cost", words.cost_text),
+        Column("Cost on the board", lambda p: words.cost_text(p, True)),
         Column("", lambda p: "*" * (p in best), right=False),
     )
     return "\n".join([

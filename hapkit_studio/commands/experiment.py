@@ -10,7 +10,7 @@ from hapkit_studio.charts.experiments import (
     pointing_columns,
     pointing_figure,
     threshold_figure,
-    threshold_words,
+    threshold_text,
 )
 from hapkit_studio.columns import text_lines
 from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, with_files
@@ -66,7 +66,7 @@ def _threshold(options: argparse.Namespace, found: experiments.Experiments, writ
     results = found.thresholds
     if not results:
         raise ParameterError(f"{options.session} has no comparisons.")
-    lines = [threshold_words(one) for one in results]
+    lines = [threshold_text(one) for one in results]
     if options.virtual:
         lines.append(f"True Weber fraction: {number(100.0 * Observer().threshold, 1)} %.")
     as_json = {

@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> base.Result:
     spec = base.estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
     verdict = on_board.sketch_verdict(found, values, kit.board, rate, spec)
-    words = on_board.sketch_words(verdict, rate)
+    words = on_board.sketch_text(verdict, rate)
     text = sketch.text(found, values, kit, rate, spec, options.prints, words)
     path = sketch.write_sketch(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"

@@ -125,7 +125,7 @@ def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = Non
         health, fault = engine.health(), engine.fault
         if not health.running or (fault is not None and fault.code != SLOW_LINK):
             raise DeviceError(
-                fault_words(fault) if fault else f"{engine.device.title} is disconnected. {_AGAIN}"
+                fault_text(fault) if fault else f"{engine.device.title} is disconnected. {_AGAIN}"
             )
         if time.monotonic() > limit:
             words = f"{engine.device.title} did not start to render within {_PATIENCE:g} s. {_AGAIN}"
@@ -143,7 +143,7 @@ def _is_final(fault: Fault | None) -> bool:
     return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK, SLOW_LAW)
 
 
-def fault_words(fault: Fault) -> str:
+def fault_text(fault: Fault) -> str:
     """Return why a run ended, and what to do before the next run."""
     if fault.code == SLOW_LINK:
         return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."

@@ -59,7 +59,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     found = {**played.found, "interrupted": took < seconds and fault is None}
     if found["interrupted"]:
         remarks.append(f"Ended after {took:.2f} s of {seconds:g} s by Ctrl+C.")
-    faults = (live_run.fault_words(fault),) if fault else ()
+    faults = (live_run.fault_text(fault),) if fault else ()
     return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), found
 
 

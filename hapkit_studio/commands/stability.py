@@ -11,7 +11,7 @@ import numpy as np
 from hapkit_studio.analysis.cluster import cluster
 from hapkit_studio.analysis.stability import hands, kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
-from hapkit_studio.analysis.stability.margin import hand_words, sentence
+from hapkit_studio.analysis.stability.margin import hand_text, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
@@ -85,7 +85,7 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
 def _text(found: Plane, seconds: float | None) -> str:
     margin, setting, said = found.margin, found.setting, found.said
     assert said is not None
-    limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
+    limits = ", ".join(f"{hand_text(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
         f"{margin.stiffness:,g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
         *said.lines,

@@ -69,7 +69,7 @@ class BoardProgram:
                     del self._lines[: at + 1]
                     return line[len(word) :].strip()
             if not self._read(deadline - time.monotonic()):
-                raise DeviceError(f"The virtual board does not answer. {self.last_words()}".strip())
+                raise DeviceError(f"The virtual board does not answer. {self.last_output()}".strip())
 
     def _read(self, seconds: float) -> bool:
         ready, _, _ = select.select([self._out], [], [], max(seconds, 0.0))
@@ -78,7 +78,7 @@ class BoardProgram:
         self._lines += [line.decode("utf-8", "replace") for line in whole]
         return bool(data)
 
-    def last_words(self) -> str:
+    def last_output(self) -> str:
         """Return the last line of the program's standard error."""
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").split("\n")

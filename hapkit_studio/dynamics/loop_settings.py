@@ -185,7 +185,7 @@ USUAL_LOOP = LoopSettings(estimator=ESTIMATOR.default_option, hand=GRIP.default_
 """Initial settings of a user's loop."""
 
 
-def estimator_words(spec: Spec) -> tuple[str, str]:
+def estimator_texts(spec: Spec) -> tuple[str, str]:
     """Format a velocity estimator with its options in two forms: as on the command line, and for people."""
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]

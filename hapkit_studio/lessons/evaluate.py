@@ -101,7 +101,7 @@ def evaluate_interval(check: Check, part: Samples) -> Result:
 def judge(check: Check, found: Measured, part: Samples) -> Result:
     """Compare a measured value with the check's expectation."""
     entry = MEASUREMENTS[check.measure]
-    measured = f"{entry.label} {entry.interval_words(found)}"
+    measured = f"{entry.label} {entry.interval_text(found)}"
     state, words = _verdict(check, entry, found, part)
     text = f"{measured}, {words}"
     if state == WRONG and check.wrong:

@@ -69,7 +69,7 @@ class Measurement:
             return f"{number(1e3 * value, 2)} mJ"
         return on_screen(value, self.unit, 3)
 
-    def interval_words(self, found: Measured) -> str:
+    def interval_text(self, found: Measured) -> str:
         """Format a value with its interval."""
         if not found.half > _EXACT * abs(found.value) or not math.isfinite(found.half):
             return self.words(found.value)

@@ -18,7 +18,7 @@ from markdown_it.token import Token
 from hapkit_studio import environments
 from hapkit_studio.discovery import assigning
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
-from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, LoopSettings, estimator_words
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, LoopSettings, estimator_texts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import (
@@ -274,7 +274,7 @@ class _Reader:
             if isinstance(spec, list):
                 given = {**given, "estimator": tuple(spec)}
             changed = before.changed(**given)
-            estimator_words(changed.estimator)
+            estimator_texts(changed.estimator)
         except (ParameterError, TypeError, ValueError) as error:
             raise table.wrong("loop", str(error).removesuffix(".")) from None
         return changed

@@ -13,7 +13,7 @@ from hapkit_studio.charts.experiments import (
     pointing_columns,
     pointing_figure,
     threshold_figure,
-    threshold_words,
+    threshold_text,
 )
 from hapkit_studio.charts.run import run_figure
 from hapkit_studio.formatting import printable, with_unit
@@ -95,7 +95,7 @@ def _experiments(handed: HandedIn) -> Iterator[str]:
     if found.comparisons:
         yield "<h2>Just-noticeable difference</h2>"
     for one in found.thresholds:
-        yield _drawn(partial(threshold_figure, one), threshold_words(one))
+        yield _drawn(partial(threshold_figure, one), threshold_text(one))
 
 
 def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:

@@ -52,10 +52,10 @@ def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
     line = line or otherwise
     if isinstance(error, LawError):
         return error if error.line else LawError(without_line(error), line)
-    return LawError(_short(_words_for(error, inside)), line)
+    return LawError(_short(_text_for(error, inside)), line)
 
 
-def _words_for(error: BaseException, inside: bool) -> str:
+def _text_for(error: BaseException, inside: bool) -> str:
     """Return the text for an exception; ``inside`` is true if a line of the user's file raised it."""
     match error:
         case NameError(name=str(name)):
@@ -114,7 +114,7 @@ def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Env
     if not isinstance(made, Environment):
         kind = "a law" if isinstance(made, Law) else f"'{type(made).__name__}'"
         raise LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _environment_line(tree))
-    _check_words(made, tree)
+    _check_texts(made, tree)
     seen: set[str] = set()
     for parameter in made.parameters:
         complaint = _parameter_fault(parameter)
@@ -126,7 +126,7 @@ def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Env
     return made
 
 
-def _check_words(made: Environment, tree: ast.Module) -> None:
+def _check_texts(made: Environment, tree: ast.Module) -> None:
     """Raise LawError unless key, title and other texts are valid."""
     if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
         raise LawError(

@@ -234,7 +234,7 @@ def _try_law(environment: Environment) -> TrialResult:
         wrong = own.call_law(law.address, p, state, sequence.x, sequence.v, sequence.dt, fault, force)
         costs.append((time.perf_counter_ns() - begin) / len(force))
         if wrong != own.NO_FAULT:
-            raise LawError(_words(environment, sequence, wrong, int(fault[0])), int(fault[1]))
+            raise LawError(_text(environment, sequence, wrong, int(fault[0])), int(fault[1]))
         calls += len(force)
         pushes = pushes or bool(force.any())
     cost = float(np.median(costs))  # the median is robust against other load on the computer
@@ -246,7 +246,7 @@ def remarks(environment: Environment) -> tuple[Problem, ...]:
     return tuple(Problem(r.line, r.text) for r in environment.force.remarks)
 
 
-def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
+def _text(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
     """Return the message on a failed call: fault, arguments, remedy."""
     at = [f"x = {1e3 * sequence.x[call]:.6g} mm", f"v = {sequence.v[call]:.6g} m/s"]
     changed = [p for p in environment.parameters if sequence.values[p.key] != p.default]

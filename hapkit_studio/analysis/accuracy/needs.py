@@ -62,7 +62,7 @@ class Effect:
     without: float = math.nan
 
     @property
-    def since_words(self) -> str:
+    def since_text(self) -> str:
         """Format the highest rate, or the least delay or stiffness, at which the term is felt."""
         if math.isnan(self.since):
             return "–"
@@ -74,7 +74,7 @@ class Effect:
         return f"from {float(f'{number:.2g}'):,g} {unit}"
 
     @property
-    def gain_words(self) -> str:
+    def gain_text(self) -> str:
         """Format the change of the exact stiffness limit that follows from removing the term."""
         gain = self.without - self.limit
         return "–" if math.isnan(gain) or abs(gain) < 0.5 else f"{gain:+,.0f} N/m".replace("-", MINUS)

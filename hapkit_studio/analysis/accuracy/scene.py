@@ -337,7 +337,7 @@ class SceneResult:
             return next(iter(self.refused.values()), "")
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
         apart = "feels like" if best.error < 1.0 else f"{jnd(best.error)} from"
-        return f"{where}: {apart} the ideal scene, {limit_words(best.limit)}."
+        return f"{where}: {apart} the ideal scene, {limit_text(best.limit)}."
 
     def reason(self, place: str) -> str:
         """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""
@@ -384,7 +384,7 @@ def jnd(error: float) -> str:
     return f"{'> 999' if error > 999.0 else small} JND"
 
 
-def delay_words(options: Iterable[Option]) -> str:
+def delay_text(options: Iterable[Option]) -> str:
     """Format each place's delay in ms; on the board it depends on the method."""
     found: dict[str, list[float]] = {}
     for option in options:
@@ -398,7 +398,7 @@ def hertz(rate: float) -> str:
     return f"{round(rate, -1):,.0f} Hz"
 
 
-def limit_words(limit: float) -> str:
+def limit_text(limit: float) -> str:
     """Format a loop's stiffness limit."""
     if math.isnan(limit):
         return "limit unknown"

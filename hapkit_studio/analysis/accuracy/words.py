@@ -18,7 +18,7 @@ def unit(scene: Scene) -> tuple[float, str]:
     return (1e6, "µm/s") if scene.tolerance < _SLOW else (1e3, "mm/s")
 
 
-def error_words(error: float, scene: Scene) -> str:
+def error_text(error: float, scene: Scene) -> str:
     """Format an error with its unit; a fraction is in %, a speed in mm/s or µm/s."""
     factor, name = unit(scene)
     value = error * factor
@@ -28,13 +28,13 @@ def error_words(error: float, scene: Scene) -> str:
     return f"{significant(value) if plain else power_of_ten(value)} {name}"
 
 
-def tolerance_words(tolerance: float, scene: Scene) -> str:
+def tolerance_text(tolerance: float, scene: Scene) -> str:
     """Format a tolerance, which is a round number."""
     factor, name = unit(scene)
     return with_unit(tolerance * factor, name)
 
 
-def cost_words(point: Point, board: bool = False) -> str:
+def cost_text(point: Point, board: bool = False) -> str:
     """Format the computing time of a simulated second, or the board's cycles per second."""
     if board:
         return f"{significant(1e-6 * point.cycles, 3)} million cycles" if math.isfinite(point.cycles) else "–"
@@ -43,24 +43,24 @@ def cost_words(point: Point, board: bool = False) -> str:
     )
 
 
-def name_words(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
+def name_text(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
     """Format a point's method, with the step in ms if the method has several."""
     several = len({p.step_s for p in sheet.points}) > 1
     return f"{point.label}, {compact(1e3 * point.step_s, 4)} {unit}" if several else point.label
 
 
-def winner_words(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:
+def winner_text(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:
     """Format the cheapest point within a tolerance, and the points with the same cost."""
-    names = [name_words(p, sheet, unit) for p in sheet.winners(tolerance, board)]
+    names = [name_text(p, sheet, unit) for p in sheet.winners(tolerance, board)]
     return " or ".join(names[:_NAMED]) + " or others" * (len(names) > _NAMED) or "none"
 
 
 def sentence(sheet: Sheet, board: bool = False) -> str:
     """Return a sentence on the cheapest point within a sheet's tolerance."""
-    where = tolerance_words(sheet.scene.tolerance, sheet.scene)
+    where = tolerance_text(sheet.scene.tolerance, sheet.scene)
     found = sheet.winners(sheet.scene.tolerance, board)
     if not found:
         return f"No method has an error within {where}."
-    cost = f"{cost_words(found[0], board)} {'a second' if board else 'per simulated second'}"
+    cost = f"{cost_text(found[0], board)} {'a second' if board else 'per simulated second'}"
     others = f" {len(found) - 1} more cost{'s' * (len(found) == 2)} the same." if found[1:] else ""
-    return f"Cheapest with error within {where}: {name_words(found[0], sheet)}, {cost}.{others}"
+    return f"Cheapest with error within {where}: {name_text(found[0], sheet)}, {cost}.{others}"

@@ -30,7 +30,7 @@ from scipy.stats import t as student
 from hapkit_studio.analysis.bode import COMPARED
 from hapkit_studio.analysis.bode.drive import Drive, component, staircase
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, design, parse
-from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_texts
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
 
@@ -316,7 +316,7 @@ def _numbers(curve: Curve) -> dict:
     s = curve.setting
     return {
         "where": curve.where, "rate_Hz": s.rate, "delay_s": s.delay,
-        "estimator": estimator_words(s.estimator)[0],
+        "estimator": estimator_texts(s.estimator)[0],
         "mass": s.mass, "viscous": s.viscous, "clamped": curve.clamped, **parts(curve.measured),
         "damping_interval": curve.damping_interval, "stiffness_interval": curve.interval.real,
         "coherence": curve.coherence, "theory": parts(curve.theory) if curve.theory else None,

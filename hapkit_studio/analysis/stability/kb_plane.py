@@ -12,7 +12,7 @@ from hapkit_studio.analysis.stability.hands import KNOWN, PEOPLE, Family, family
 from hapkit_studio.analysis.stability.limits import coulomb_line, simple_rule
 from hapkit_studio.analysis.stability.margin import (
     Margin,
-    hand_words,
+    hand_text,
     nice_top,
     round_axes,
     sentence,
@@ -22,7 +22,7 @@ from hapkit_studio.analysis.stability.passivity import passive_damping, passive_
 from hapkit_studio.analysis.stability.scene_verdict import Verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
-from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_texts
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
 from hapkit_studio.formatting import compact, plain, with_unit
 
@@ -257,7 +257,7 @@ def class_names(controller: bool) -> tuple[str, str, str]:
     return "decays", "bounded" if controller else "buzzes", "grows"
 
 
-def class_words(controller: bool) -> tuple[str, str, str]:
+def class_descriptions(controller: bool) -> tuple[str, str, str]:
     """Return descriptions of DECAYS, BUZZES and GROWS."""
     return "comes to rest", "keeps moving, does not grow" if controller else "buzzes, does not grow", "grows"
 
@@ -336,13 +336,13 @@ def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str
         *(stiction if real else []),
         ("Rate", f"{setting.rate:,g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
-        ("Velocity filter", estimator_words(setting.estimator)[1]),
-        ("Hand", hand_words(setting.hand)),
+        ("Velocity filter", estimator_texts(setting.estimator)[1]),
+        ("Hand", hand_text(setting.hand)),
     ]
     return [*pairs, ("Controller", "on")] if setting.controller else pairs
 
 
-def line_words(plane: Plane, key: str) -> tuple[str, str]:
+def line_texts(plane: Plane, key: str) -> tuple[str, str]:
     """Return a line's name and meaning for this plane."""
     name, words = LINES[key]
     if key == "simple" and rule_is_optimistic(plane):

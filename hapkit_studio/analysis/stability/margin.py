@@ -46,7 +46,7 @@ class Margin:
         return self.limit / self.stiffness if self.stiffness > 0.0 else math.inf
 
 
-def hand_words(hand: str) -> str:
+def hand_text(hand: str) -> str:
     """Describe the hand: "let go", or the grip's name as in "medium grip"."""
     return "let go" if hand == RELEASED else f"{hand} grip"
 
@@ -70,7 +70,7 @@ def short(margin: Margin) -> str:
     if margin.limit <= 0.0:
         return "Above the damping limit"
     if margin.stiffness <= 0.0:
-        return f"Stable, {hand_words(margin.hand)}"
+        return f"Stable, {hand_text(margin.hand)}"
     if not margin.stable:
         return f"{times(1.0 / margin.ratio)} above the limit"
     return f"{times(margin.ratio)} below the limit" if margin.ratio < FAR else "Over 100 × below the limit"
@@ -99,7 +99,7 @@ def remedy(margin: Margin) -> str:
 def sentence(margin: Margin) -> str:
     """Return margin, hand and remedy as text, such as "1.4 × below the limit; let go."."""
     summary = short(margin)
-    hand = hand_words(margin.hand)
+    hand = hand_text(margin.hand)
     whole = f"{summary}." if summary.endswith(hand) else f"{summary}; {hand}."
     return " ".join(part for part in (whole, remedy(margin), stable_again(margin)) if part)
 

@@ -28,7 +28,7 @@ def sketch_verdict(
     return verdict(VerdictInput(environment, values, setting))
 
 
-def sketch_words(found: Verdict, rate: float) -> str:
+def sketch_text(found: Verdict, rate: float) -> str:
     """Return verdict and limit in one or two lines."""
     text = " ".join(filter(None, (*found.lines, found.reason)))
     return f"At {rate:,} Hz, with one period of delay: {text}"

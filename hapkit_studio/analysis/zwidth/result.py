@@ -9,10 +9,10 @@ import numpy as np
 
 from hapkit_studio.analysis.checks import checked_row
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
-from hapkit_studio.analysis.stability.margin import RELEASED, hand_words
+from hapkit_studio.analysis.stability.margin import RELEASED, hand_text
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.columns import Column, text_lines
-from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_texts
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, plain
 
@@ -116,8 +116,8 @@ class ZWidth:
         """Return the hand as text, such as "let go" or "in a medium grip"."""
         grip = next(str(c.value) for c in self.conditions if c.key == "hand")
         if grip == RELEASED:
-            return hand_words(grip)
-        return "in a person's hand" if grip == PERSON else f"in a {hand_words(grip)}"
+            return hand_text(grip)
+        return "in a person's hand" if grip == PERSON else f"in a {hand_text(grip)}"
 
     def motor(self, index: int) -> str:
         """Return a remark if the motor limits a point; "" if the loop limits the point."""
@@ -258,7 +258,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
 def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condition, ...]:
     """Return the conditions of device and loop; ``friction`` is True if the friction is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
-    given, estimator = estimator_words(setting.estimator)
+    given, estimator = estimator_texts(setting.estimator)
     controller = "on" if setting.controller else "off"
     return (
         Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),

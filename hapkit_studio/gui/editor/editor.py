@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
-from hapkit_studio.gui.state.own_environments import declared_words
+from hapkit_studio.gui.state.own_environments import declared_texts
 from hapkit_studio.gui.widgets.gallery_row import GalleryRow, icon_name
 from hapkit_studio.gui.widgets.parts import Sign, hbox, label, rule, vbox
 from hapkit_studio.workshop import folder
@@ -42,7 +42,7 @@ class Chooser(QWidget):
         self.message = MessageLine()
         self.group = QtWidgets.QButtonGroup(self)
         for index, template in enumerate(self._templates):
-            declared = declared_words(template.text)
+            declared = declared_texts(template.text)
             icon = icon_name(declared.get("scene") or _ICONS.get(template.key, template.key))
             row = GalleryRow(icon, template.title.capitalize(), declared.get("summary", ""))
             row.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

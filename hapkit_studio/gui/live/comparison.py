@@ -181,7 +181,7 @@ class RenderingComparison(QObject):
         self._hold(one, other.start - one.start)
         self._compared = True
         self._live.set_paused(True)
-        self._switch.show_message(difference_words(self._live.history, one, other))
+        self._switch.show_message(difference_text(self._live.history, one, other))
 
     def _resume(self, paused: bool) -> None:
         self._compared &= paused
@@ -194,7 +194,7 @@ class RenderingComparison(QObject):
         self._drop()
 
 
-def difference_words(history: History, one: Part, other: Part) -> str:
+def difference_text(history: History, one: Part, other: Part) -> str:
     """Describe by how much the applied forces of two intervals with the same movement differ."""
     first, second = (history.between(part.start, part.stop).known() for part in (one, other))
     if min(len(first.x), len(second.x)) < 2:

@@ -75,14 +75,14 @@ class EnergyWatch(QObject):
         if self._calm() or self._shown / CHANGE < given < self._shown * CHANGE:
             return
         self._shown = given
-        words = f"The scene gave you {energy_words(given)} of extra energy"
+        words = f"The scene gave you {energy_text(given)} of extra energy"
         if self._studio.loop.controller:
             self._show(words, _CANNOT, "warn")
         else:
             self._show(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
 
 
-def energy_words(joules: float) -> str:
+def energy_text(joules: float) -> str:
     """Format an energy in mJ, or in J from 1 J on, with two significant digits."""
     if joules >= 1.0:
         return f"{number(joules, 1)} J"

@@ -147,10 +147,10 @@ class LiveExport(QObject):
         table = window.known()
         if len(table.x) < 2:
             many = history.exceeds(*stretch)
-            many_words = (
+            too_many = (
                 "This range has too many samples to be exported here. Export them in the view Sessions."
             )
-            self.failed.emit(many_words if many else "There are no samples in this range.")
+            self.failed.emit(too_many if many else "There are no samples in this range.")
             return None
         begin, end = float(table.x[0]), float(table.x[-1])
         log = history.log(begin, end) if isinstance(history, Recorded) else self._log(begin, end)

@@ -17,17 +17,17 @@ from hapkit_studio.analysis.accuracy.scene import (
     Place,
     SceneRequest,
     SceneResult,
-    delay_words,
+    delay_text,
     hertz,
     jnd,
 )
 from hapkit_studio.analysis.perception import FORCE_SHARE, THRESHOLDS
 from hapkit_studio.charts import accuracy as charts
-from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
-from hapkit_studio.charts.experiments import threshold_words
+from hapkit_studio.charts.accuracy import accuracy_figure, felt_text
+from hapkit_studio.charts.experiments import threshold_text
 from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
-from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, estimator_words
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, estimator_texts
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import number
@@ -142,7 +142,7 @@ class MethodsPart(Part):
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
         self.answer.say(words.sentence(sheet, board), "check", "ok")
         self.table.show_rows(charts.winner_columns(sheet, board), sheet.scene.tolerances)
-        tolerance = words.tolerance_words(sheet.scene.tolerance, sheet.scene)
+        tolerance = words.tolerance_text(sheet.scene.tolerance, sheet.scene)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
 
 
@@ -256,9 +256,9 @@ class ScenePart(Part):
         self.reason.setText("\n".join(filter(None, (result.reason(where), *others, refused))))
         self._offer(self.better, USE_RECOMMENDED)
         self.show_in_force([result.in_force(place.name) or refused for place in q.places])
-        estimator = estimator_words(q.estimator)[1]
+        estimator = estimator_texts(q.estimator)[1]
         self.conditions.show_pairs([
-            ("Velocity estimate", estimator), ("Delay", delay_words(result.options)),
+            ("Velocity estimate", estimator), ("Delay", delay_text(result.options)),
             ("Ideal", f"exact, {hertz(result.ideal_rate)}"),
         ])  # fmt: skip
 
@@ -266,7 +266,7 @@ class ScenePart(Part):
         """Show the error of the current settings on computer and board, or why one of them cannot render."""
         places = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([
-            (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
+            (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_text(one.limit)}")
             for name, one in zip(places, found, strict=True)
         ])  # fmt: skip
 
@@ -285,7 +285,7 @@ class ScenePart(Part):
         self._chosen, said = one, ""
         if one is not None:
             felt = f"{jnd(one.error)}, sense: {one.sense}, hand motion: {one.hand}"
-            said = f"{felt}; {this_scene.limit_words(one.limit)}"
+            said = f"{felt}; {this_scene.limit_text(one.limit)}"
         self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(said)
 
@@ -366,7 +366,7 @@ class NeedsPart(Part):
         words = _threshold_line(*THRESHOLDS[0])
         if found is not None:
             share = number(100.0 * found.weber.value, 0)
-            words = f"Force: {share} % of it, your own. {threshold_words(found)}"
+            words = f"Force: {share} % of it, your own. {threshold_text(found)}"
         self.force.setText(words)
         self._results.clear()
         self.bar.set_measured(False)
@@ -414,7 +414,7 @@ class NeedsPart(Part):
         """Explain the effect of leaving out one term in one scene."""
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
         self.law.setText("\n".join(one.words for one in found.law) or "No term of this law costs cycles.")
-        self.side.words.setText(need_words(found, effect))
+        self.side.words.setText(need_text(found, effect))
         pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
         self.details.show_pairs(pairs)
 
@@ -423,7 +423,7 @@ class NeedsPart(Part):
         return Accuracy(needs=tuple(self._results.values()))
 
 
-def need_words(found: Needs, effect: Effect) -> str:
+def need_text(found: Needs, effect: Effect) -> str:
     """Describe whether a scene needs a term."""
     if effect.felt is None:
         return "No hand of this scene holds the handle, so its mass cannot be left out."
@@ -439,7 +439,7 @@ def _term_column(head: str, index: int) -> Column:
         if row[1] is None:
             return ""
         found = row[1].effects[index]
-        return felt_words(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
+        return felt_text(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
 
     def needed(row: Row) -> bool:
         return row[1] is not None and tuple(TERMS)[index] in row[1].needs

@@ -31,7 +31,7 @@ from hapkit_studio.sessions.database import BESIDE
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import SUFFIX, SessionError
 from hapkit_studio.sessions.folder import choose_folder, files, folder, rename
-from hapkit_studio.sessions.overview import Overview, columns, date_words, overview
+from hapkit_studio.sessions.overview import Overview, columns, date_text, overview
 from hapkit_studio.sessions.session import Session, add_note
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ class SessionsPage(Page):
         """Show one session's overview; None shows no session."""
         self.chosen = found
         self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
-        self.side.words.setText(_folded(_words(found), "hint", _WIDE) if found else _CHOOSE)
+        self.side.words.setText(_folded(_overview_text(found), "hint", _WIDE) if found else _CHOOSE)
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
@@ -435,7 +435,7 @@ def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
     return _LONG_WORD.sub(fold, words)
 
 
-def _words(found: Overview) -> str:
+def _overview_text(found: Overview) -> str:
     if found.error:
         return one_line(found.error)
     size = f"{number(found.seconds, 1)} s, {found.samples:,} samples"
@@ -444,7 +444,7 @@ def _words(found: Overview) -> str:
 
 def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]]:
     pairs = [
-        ("Written", date_words(found.saved)),
+        ("Written", date_text(found.saved)),
         ("Size", megabytes(found.size)),
         ("Folder", found.path.parent.name),
     ]

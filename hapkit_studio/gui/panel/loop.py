@@ -31,7 +31,7 @@ _MODEL_OPTIONS = ("Needed parts", "All parts", "No friction")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
-def _words(keys: Iterable[str]) -> str:
+def _text(keys: Iterable[str]) -> str:
     *first, last = (TERMS[key].word for key in keys)
     return f"{', '.join(first)} and {last}" if first else last
 
@@ -56,7 +56,7 @@ class ModelLine(QWidget):
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
         self.words.setText(
-            f"Simulated: {_words(terms)}" if left_out else "All parts of the device are simulated"
+            f"Simulated: {_text(terms)}" if left_out else "All parts of the device are simulated"
         )
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
@@ -64,7 +64,7 @@ class ModelLine(QWidget):
 
 def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     """Return the tooltip, which says which terms are left out, and why."""
-    all_of_it = _words(MODELLED)
+    all_of_it = _text(MODELLED)
     if not judged:
         return (
             f"It is not known which parts of the device {title} needs with these values, so all parts are "
@@ -72,11 +72,11 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
         )
     if not spare:
         return (
-            f"{title} is simulated with {_words(OPTIONAL)}. If one of these parts were left out, people "
+            f"{title} is simulated with {_text(OPTIONAL)}. If one of these parts were left out, people "
             "would feel a difference."
         )
     return (
-        f"{title} is simulated without {_words(spare)}, because with the default values nobody would "
+        f"{title} is simulated without {_text(spare)}, because with the default values nobody would "
         "feel a difference. With other values, all parts of the device are simulated."
     )
 
@@ -105,10 +105,10 @@ class LoopPanel(QWidget):
         self.controller = QCheckBox(CONTROLLER.label)
         self.controller.setToolTip(CONTROLLER_NOTE)
         self.controller.setFixedHeight(_LEAST_TARGET)
-        self.controller_words = hint(CONTROLLER_NOTE)
+        self.controller_hint = hint(CONTROLLER_NOTE)
         self._body, self._rare = QWidget(), QWidget()
         vbox(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
-        usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_words)
+        usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_hint)
         vbox(*usual, hbox(None, self.more, gap=0), self._rare, into=self._body)
         self.padlock = Sign(16, "lock")
         head = hbox(label("Loop", "section"), 6, self.padlock, None, self.fold, gap=0)
@@ -158,7 +158,7 @@ class LoopPanel(QWidget):
         self.rate.set_locked(
             "The device has its own clock, so the servo rate cannot be changed." if own_clock else ""
         )
-        self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER_NOTE)
+        self.controller_hint.setText(UNWATCHED if self._plan() else CONTROLLER_NOTE)
         own_hand = engine is not None and not studio.hand_is_ours
         self.grip.set_locked(
             "Your own hand holds this device, so the grip cannot be set." if own_hand else ""

@@ -72,7 +72,7 @@ def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
     stage.polygon((a, y + b * u) for a, b in outline)
 
 
-def force_words(newtons: float) -> str:
+def force_label(newtons: float) -> str:
     """Format a force for the arrow's tip."""
     return f"{number(newtons, _DECIMALS, sign=True)} N"
 
@@ -94,7 +94,7 @@ class ReadOut:
         if due:
             self._clock.start()
             self._force, motion.position_text = motion.force, motion.position
-            motion.force_text = force_words(motion.force)
+            motion.force_text = force_label(motion.force)
         return due
 
     def _contradicts(self, motion: Motion) -> bool:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QPainterPath, QPen, QPolygonF
 
 from hapkit_studio.gui.scenes.base import Motion, Values
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
-from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.text import paint_text
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 
@@ -69,7 +69,7 @@ def label(
     box = QRectF(x - wide / 2, y - high + 3, wide, high)
     stage.occupied.append(box)
     stage.texts.append(box)
-    paint_words(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
+    paint_text(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
 
 
 def on_object() -> str:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
-from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.text import paint_text
 from hapkit_studio.gui.widgets.theme import number, theme
 
 T = TypeVar("T")
@@ -149,7 +149,7 @@ class Stage:
         self.texts.append(box)
         if wipe:
             self.p.fillRect(box.adjusted(-_BESIDE, 0, _BESIDE, 0), theme.color("scene"))
-        paint_words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
+        paint_text(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
 
     def _is_occupied(self, box: QRectF) -> bool:

@@ -66,7 +66,7 @@ class ExportDialog(FormDialog):
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
         found = on_board.sketch_verdict(studio.environment, studio.values, kit.board, rate, spec)
-        return on_board.sketch_words(found, rate), found.calm
+        return on_board.sketch_text(found, rate), found.calm
 
     def text(self) -> str:
         """Return the sketch's text; raise ParameterError or LawError."""

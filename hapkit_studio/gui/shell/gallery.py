@@ -62,7 +62,7 @@ class OwnRow(GalleryRow):
     def show_file(self, file: OwnFile) -> None:
         """Show title, summary and state of the file."""
         self.file = file
-        self.set_words(
+        self.set_text(
             _SIGNS.get(file.state, icon_name(file.scene)), file.title, _LINES.get(file.state, file.summary)
         )
         self.pencil.setToolTip(plain_tip(f"Edit {file.path.name}"))
@@ -181,7 +181,7 @@ class Gallery(QScrollArea):
                 if lock.covers(("environment", key)):
                     waiting = why
             if waiting != row.waiting:
-                row.set_words(row.picture, row.title, row.summary, waiting)
+                row.set_text(row.picture, row.title, row.summary, waiting)
         present = self._present_row()
         if present is not None:
             present.setChecked(True)

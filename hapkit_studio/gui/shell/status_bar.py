@@ -83,7 +83,7 @@ def _is_off(rate: float, nominal: float | None) -> bool:
     return bool(rate) and nominal is not None and abs(rate - nominal) > _RATE_OFF * nominal
 
 
-def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
+def rate_text(rate: float, nominal: float | None, on_board: bool) -> str:
     """Format a measured rate in Hz; if it differs from the nominal rate, the text contains both."""
     measured = f"{rate:,.0f} Hz" if rate else "– Hz"
     if nominal is None:
@@ -168,7 +168,7 @@ class StatusBar(QWidget):
         the time in s that the newest tick needed for its computation.
         """
         us = health.lateness_us
-        self.rate.show_text(rate_words(health.rate, nominal, on_board), "", "ink")
+        self.rate.show_text(rate_text(health.rate, nominal, on_board), "", "ink")
         self.late.show_text(f"Late: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0

@@ -44,13 +44,13 @@ def describe(path: Path, text: str, state: str) -> OwnFile:
 
     A missing title is replaced by the file's name.
     """
-    words = declared_words(text)
+    words = declared_texts(text)
     title = words.get("title") or path.stem.replace("_", " ").capitalize()
     return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
 
 
 @lru_cache(maxsize=64)
-def declared_words(text: str) -> Mapping[str, str]:
+def declared_texts(text: str) -> Mapping[str, str]:
     """Return title, summary and scene from the text of ``Environment(…)`` without executing the text."""
     try:
         tree = parse(text)

@@ -96,9 +96,9 @@ class BlindPage(Page):
     def _render(self) -> None:
         self._studio.hide_values(self._values[self._order[self.shown]], self.reason)
         self.sign.setText(f"{self.shown + 1} is active")
-        self.count.setText(self.count_words())
+        self.count.setText(self.count_text())
 
-    def count_words(self) -> str:
+    def count_text(self) -> str:
         """Return a text with the number of answers so far."""
         return f"Answers: {self.answers}"
 

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from hapkit_studio.analysis import discrimination
 from hapkit_studio.analysis.discrimination import COMPARISON, UNITS, Comparison, Staircase
-from hapkit_studio.charts.experiments import draw_threshold, threshold_words
+from hapkit_studio.charts.experiments import draw_threshold, threshold_text
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.views import Views
 from hapkit_studio.gui.state import permissions
@@ -122,7 +122,7 @@ class ThresholdPage(BlindPage):
         if self.stairs.finished:
             self.finish()
 
-    def count_words(self) -> str:
+    def count_text(self) -> str:
         turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
         return f"Answers: {self.answers}. Turns: {turns} of {discrimination.REVERSALS}."
 
@@ -179,7 +179,7 @@ class ThresholdExperiment(QObject):
             text_dialog(TITLE, ["No answer was given."], self._window).show()
             return
         (found,) = discrimination.evaluate(page.found)
-        words = [threshold_words(found)]
+        words = [threshold_text(found)]
         if not page.stairs.finished:
             count = len(page.found)
             words.append(f"Stopped after {count} answer{'s' * (count != 1)}: the interval is wide.")

@@ -10,7 +10,7 @@ from PySide6.QtGui import QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 
 from hapkit_studio.formatting import tick_labels
-from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.text import paint_text
 from hapkit_studio.gui.widgets.theme import theme
 
 # fractions of the range: distance from the frame below which data extend the range; margin of the new range
@@ -258,7 +258,7 @@ class Canvas(pg.GraphicsView):
         width = QFontMetricsF(font).horizontalAdvance(text)
         most = max(box.right() - width - 4, box.left() + 4)
         x = min(max(x - width if right else x, box.left() + 4), most)
-        paint_words(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
+        paint_text(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
 
     # pointer ------------------------------------------------------------------------------------
 

@@ -40,10 +40,10 @@ class GalleryRow(QAbstractButton):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be truncated
         self.setFixedHeight(ROW)
-        self.set_words(icon, title, summary)
+        self.set_text(icon, title, summary)
         theme.changed.connect(self.update)
 
-    def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
+    def set_text(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
         """Set icon and texts. ``waiting`` says why the environment is not available yet.
 
         The icon and the shortcut of a waiting row are pale.
@@ -96,7 +96,7 @@ class GalleryRow(QAbstractButton):
             self._paint_key(painter)
         painter.setOpacity(1.0)
         if not self.rail:
-            self._paint_words(painter, color)
+            self._paint_text(painter, color)
         if self.hasFocus():
             painter.setPen(QPen(theme.color("accent"), 2))
             painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -107,7 +107,7 @@ class GalleryRow(QAbstractButton):
         picture = icons.pixmap(self.picture, size, color, self.devicePixelRatioF())
         painter.drawPixmap(theme.px(12 if self.rail else _ICON), (self.height() - size) // 2, picture)
 
-    def _paint_words(self, painter: QPainter, color: str) -> None:
+    def _paint_text(self, painter: QPainter, color: str) -> None:
         middle = Qt.AlignmentFlag.AlignVCenter
         left, px = theme.px(_LEFT), theme.px
         room = self.width() - left - px(_RIGHT if self.key else 8)

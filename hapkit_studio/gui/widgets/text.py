@@ -52,7 +52,7 @@ def tip(sentences: Iterable[str], formula: str) -> str:
     return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
 
 
-def paint_words(
+def paint_text(
     painter: QPainter,
     x: float,
     y: float,

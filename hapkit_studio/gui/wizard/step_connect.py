@@ -51,7 +51,7 @@ class ConnectStep(StepPage):
         self.frames.setVisible(found is not None)
         if found is not None:
             self.padding_chosen.emit(found.better)
-            self.frames.setText(frame_words(found))
+            self.frames.setText(frame_text(found))
         stored = (
             "settings that were saved on it" if now.origin == Origin.STORED else "settings of the usual kit"
         )
@@ -78,7 +78,7 @@ class ConnectStep(StepPage):
         self.note.setText(profiles.named(self.kits.currentData()).note)
 
 
-def frame_words(found: Padding) -> str:
+def frame_text(found: Padding) -> str:
     """Describe how frames are sent from now on, with the measured delays in ms."""
     plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
     if found.better:

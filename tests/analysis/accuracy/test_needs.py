@@ -13,7 +13,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import needs, trials
 from hapkit_studio.analysis.accuracy.needs import Effect, LawTerm
-from hapkit_studio.charts.accuracy import felt_words
+from hapkit_studio.charts.accuracy import felt_text
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.laws import board, machine
@@ -125,20 +125,20 @@ def test_cells_and_texts_agree(capsys, monkeypatch):
     assert lines[0] == f"free needs {', '.join(found['needs'])}"
     for effect in found["effects"]:
         line = next(one for one in lines if one.strip().startswith(TERMS[effect["term"]].word))
-        assert felt_words(effect["felt"]) in line
+        assert felt_text(effect["felt"]) in line
         assert effect["sense"] in line
         assert effect["hand"] in line
 
 
 def test_numbers_are_formatted_for_people():
     felt = {None: "–", 0.049: "0", 0.96: "1.0", 9.96: "10", 99.4: "99", math.inf: "> 99"}
-    assert {one: felt_words(one) for one in felt} == felt
+    assert {one: felt_text(one) for one in felt} == felt
     said = [
-        Effect("made", "sampling", 1.0, since=2416.0).since_words,
-        Effect("made", "delay", 1.0, since=1.95e-4).since_words,
-        Effect("made", "mass", 1.0, since=232.4).since_words,
-        Effect("made", "mass", 1.0, since=0.0).since_words,
-        Effect("made", "delay", 1.0, limit=334.0, without=1002.0).gain_words,
+        Effect("made", "sampling", 1.0, since=2416.0).since_text,
+        Effect("made", "delay", 1.0, since=1.95e-4).since_text,
+        Effect("made", "mass", 1.0, since=232.4).since_text,
+        Effect("made", "mass", 1.0, since=0.0).since_text,
+        Effect("made", "delay", 1.0, limit=334.0, without=1002.0).gain_text,
         LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2e3), (400.0, 900.0)).words,
     ]
     assert said == [

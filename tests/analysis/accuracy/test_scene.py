@@ -170,15 +170,15 @@ def test_a_limit_of_zero_is_never_stable():
     puck = LIBRARY["puck"]
     question = SceneRequest(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
     limit = scene.limit_of(question, question.options, 1000.0, 1e-3, "kalman")
-    assert (limit, scene.limit_words(limit)) == (0.0, "never stable")
-    assert scene.limit_words(1.0) == "stable up to 1 N/m"
+    assert (limit, scene.limit_text(limit)) == (0.0, "never stable")
+    assert scene.limit_text(1.0) == "stable up to 1 N/m"
 
 
 def test_delays_are_shown_as_one_number_or_a_range_per_place():
     one = made_up((1.0, 900.0, 1.0)).options[0]
     options = [replace(one, place=place, delay=s) for place, s in (("computer", 1e-3), ("computer", 1e-3))]
     options += [replace(one, delay=s) for s in (0.3912e-3, 0.1249e-3)]
-    assert scene.delay_words(options) == "computer 1 ms, board 0.12 to 0.39 ms"
+    assert scene.delay_text(options) == "computer 1 ms, board 0.12 to 0.39 ms"
 
 
 def scenes(*quick):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.live import comparison
-from hapkit_studio.gui.live.comparison import Part, difference_words
+from hapkit_studio.gui.live.comparison import Part, difference_text
 from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.haptics import link, rows
 from tests.gui.live.plot_support import RATE, telemetry
@@ -15,7 +15,7 @@ def test_forces_at_equal_times_after_the_start_are_compared():
     t = table[:, rows.HOST_TIME]
     table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
     history.append(table)
-    words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
+    words = difference_text(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
     assert "0.30 N (RMS) and by at most 0.30 N" in words
     assert "Kept curve: rendered by the computer. Coloured curve: rendered by the board." in words
 

@@ -156,7 +156,7 @@ def test_a_chosen_row_is_used_and_the_recommended_one_is_the_default(page, share
     assert part.found.in_force("computer").method == "LuGre"
     assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", True)
     shared_window.history.undo()
-    assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_words(part.found.options)
+    assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_text(part.found.options)
 
 
 def made_up(scene: str) -> Needs:

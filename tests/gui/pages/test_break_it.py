@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.charts.failures import scaled
-from hapkit_studio.gui.pages.break_it.lists import known_words
+from hapkit_studio.gui.pages.break_it.lists import known_text
 from hapkit_studio.gui.pages.break_it.record import Record
 from tests.gui.pages.break_it_support import measured, settled
 from tests.gui.pages.drawing_support import click, drawn, outside
@@ -131,7 +131,7 @@ def test_a_limit_without_a_unit_names_its_quantity():
     ):
         record = Record(failures()[key])
         record.limit = value
-        assert known_words(record, busy=False) == words
+        assert known_text(record, busy=False) == words
 
 
 def test_tiny_traces_have_ticks_that_can_be_read():

@@ -191,7 +191,7 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     assert column.heading.text() == "Stable"
     assert column.limits.pairs == []
     assert not any("N/m, " in word for word in words(wall_page.chart)), "there is no dot"
-    assert "has no stiffness or damping to set" in wall_page.side.try_words.text()
+    assert "has no stiffness or damping to set" in wall_page.side.try_hint.text()
 
 
 def test_every_limit_beside_the_map_agrees_with_theory(wall_page):
@@ -399,7 +399,7 @@ def test_the_handle_is_pulled_and_released(alone, window, qtbot, monkeypatch):
     monkeypatch.setattr(Studio, "hand_is_ours", False)
     page.set_shown(True)
     assert not page.side.release.isEnabled()
-    assert "On a real Hapkit, let go of the handle yourself" in page.side.try_words.text()
+    assert "On a real Hapkit, let go of the handle yourself" in page.side.try_hint.text()
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from hapkit_studio.gui.pages.stability.trial import (
     USUAL,
     Released,
     TrialConditions,
-    outcome_words,
+    outcome_text,
     starting_distance,
 )
 from hapkit_studio.gui.pages.stability.verdict import kind_at, verdict
@@ -63,8 +63,8 @@ def test_the_outcome_is_described(begin, end, does, centre, said):
     time = np.arange(1500) * 1e-3
     size = begin * (end / begin) ** (time / 1.5)
     held = TrialConditions(does, centre, 1800.0, 3.0, 20e-6)
-    assert outcome_words(Released(time, size * np.sin(20.0 * np.pi * time)), held).startswith(said)
-    assert outcome_words(Released(np.empty(0), np.empty(0)), held) == ""
+    assert outcome_text(Released(time, size * np.sin(20.0 * np.pi * time)), held).startswith(said)
+    assert outcome_text(Released(np.empty(0), np.empty(0)), held) == ""
 
 
 def test_a_spring_that_is_stable_again_is_reported_by_verdict_and_map():

@@ -357,7 +357,7 @@ def test_an_unfolded_part_is_scrolled_into_view(window, qapp):
     window.resize(1280, 720)
     qapp.processEvents()
     loop, bar = window.loop, window.panel.upper.verticalScrollBar()
-    for link, part in ((loop.fold, loop.controller_words), (loop.more, loop.model)):
+    for link, part in ((loop.fold, loop.controller_hint), (loop.more, loop.model)):
         bar.setValue(0)
         QTest.mouseClick(link, Qt.MouseButton.LeftButton)
         qapp.processEvents()

@@ -117,7 +117,7 @@ def test_settings_that_the_board_ignores_are_stated(board_window, qtbot):
     answered(board_window, qtbot)
     for words in ("uses Kalman", "added delay", "passivity controller"):
         assert words in note.text()
-    beside = board_window.loop.controller_words
+    beside = board_window.loop.controller_hint
     assert "in the computer's loop only" in beside.text()
     assert not beside.isHidden()
     assert re.match(r"The law uses \d\d % of the board's processor\.", note.text())

@@ -73,8 +73,8 @@ def test_an_arrow_is_drawn_if_and_only_if_the_number_is_not_zero(qtbot, force, s
 def test_force_and_depth_numbers_are_steady_and_agree_with_the_drawing(qtbot, monkeypatch):
     """Numbers are steady for changes below 0.02 N and 0.1 mm; a depth is never negative."""
     monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
-    written, words = [], stage.paint_words
-    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
+    written, words = [], stage.paint_text
+    monkeypatch.setattr(stage, "paint_text", lambda *given: (written.append(given[3]), words(*given)))
     view, _ = scene_of(qtbot, "wall")
 
     def said(force, position=0.0):

@@ -99,8 +99,8 @@ class VerdictRow(QWidget):
         mark(self.words, "role", "headline" if record.wrong else "readout")
         live = here.live if here else None
         advice = live.advice if live else ""
-        felt_words = f"In the scene now. {advice}".strip()
-        self.more.setText(felt_words if felt else _GONE if gone else self._where(record, said[1:]))
+        felt_text = f"In the scene now. {advice}".strip()
+        self.more.setText(felt_text if felt else _GONE if gone else self._where(record, said[1:]))
         mark(self.more, "on", felt)
         pressed = next((button for button in (self.feel, self.back) if button.hasFocus()), None)
         self.feel.setVisible(record.failure.live is not None and not felt)

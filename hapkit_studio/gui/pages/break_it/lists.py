@@ -64,7 +64,7 @@ class FailureList(QListWidget):
     def show_record(self, record: Record, busy: bool = False) -> None:
         """Update a failure's row."""
         item, (inside, outside) = self._items[record.failure.key], record.signs
-        title, known = record.failure.title, known_words(record, busy)
+        title, known = record.failure.title, known_text(record, busy)
         shown = spoken = known
         if (inside, outside) != (None, None):
             shown = f"{known}   in {_SIGNS[inside]} out {_SIGNS[outside]}"
@@ -73,7 +73,7 @@ class FailureList(QListWidget):
         item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {spoken}")
 
 
-def known_words(record: Record, busy: bool) -> str:
+def known_text(record: Record, busy: bool) -> str:
     """Describe a failure's state or limit in a few words."""
     if busy:
         return "Measuring…"

@@ -58,8 +58,8 @@ class StabilitySide(SidePanel):
         self.rows = ParameterRows(studio, self.title.help)
         self.add(self.title, rule(), self.rows)
         self.section("Try it")
-        self.try_words, self.release, self.outcome = hint(), QPushButton(), label()
-        self.add(self.try_words, self.release, self.outcome)
+        self.try_hint, self.release, self.outcome = hint(), QPushButton(), label()
+        self.add(self.try_hint, self.release, self.outcome)
         self.section("Keep it stable")
         self.controller = QCheckBox("Passivity controller")
         self.add(self.controller, hint(_CONTROLLER))
@@ -287,7 +287,7 @@ class StabilityPage(MeasuringPage):
         words = parameters.words if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
             words += " On a real Hapkit, let go of the handle yourself."
-        side.try_words.setText(words)
+        side.try_hint.setText(words)
         side.release.setText("Holding…" if trial.holding else "Release the handle here")
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
         side.outcome.setText(trial.said)

@@ -134,7 +134,7 @@ class Released:
         return 0.5 * float(np.ptp(self.position[self.time >= self.time[-1] - _END]))
 
 
-def outcome_words(seen: Released, held: TrialConditions) -> str:
+def outcome_text(seen: Released, held: TrialConditions) -> str:
     """Describe the outcome, and say whether it agrees with the verdict."""
     if len(seen.time) < 2:
         return ""
@@ -227,7 +227,7 @@ class Trial(QObject):
         window = self._live.history.between(self._since, math.inf)
         known = np.isfinite(window.y["position"])
         position = window.y["position"][known] - self._held.centre.position
-        self.said = outcome_words(Released(window.x[known], position), self._held)
+        self.said = outcome_text(Released(window.x[known], position), self._held)
         self.changed.emit()
 
     def _release(self) -> None:

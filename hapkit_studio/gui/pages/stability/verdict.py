@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtWidgets import QSizePolicy
 
-from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
-from hapkit_studio.analysis.stability.margin import hand_words, stable_again
+from hapkit_studio.analysis.stability.kb_plane import Plane, class_descriptions
+from hapkit_studio.analysis.stability.margin import hand_text, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Lines, Measured
 from hapkit_studio.gui.widgets.parts import AnswerLines, Sign, hbox, hint, label
@@ -49,7 +49,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
-        more.append(f"Measured {handle}: {class_words(plane.setting.controller)[found]}.")
+        more.append(f"Measured {handle}: {class_descriptions(plane.setting.controller)[found]}.")
     return Verdict(said.headline, "\n".join(filter(None, more)), said.sign, said.signed)
 
 
@@ -73,9 +73,9 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
         passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
     joint = plane.said is not None and plane.said.joint
     found = {} if joint else {"Passive": passive}
-    found |= {hand_words(hand).capitalize(): limit for hand, limit in own.items()}
+    found |= {hand_text(hand).capitalize(): limit for hand, limit in own.items()}
     if plane.setting.coulomb > 0.0 and not lines.dampings and not joint:
-        name = f"{hand_words(plane.setting.hand).capitalize()}, friction"
+        name = f"{hand_text(plane.setting.hand).capitalize()}, friction"
         found[name] = float(np.interp(across, plane.damping, plane.friction))
     return title, [(name, f"{number(k, digits)} {unit}" if k > 0.0 else "none") for name, k in found.items()]
 
