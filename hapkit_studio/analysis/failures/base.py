@@ -97,7 +97,7 @@ class Plot:
     curves: tuple[Curve, ...]
     boundary: str = ""
     marks: Callable[[Case], dict[str, float]] = lambda case: {}
-    y_label: str = "growth, 1/s"
+    y_label: str = "growth rate, 1/s"
     level: float | Callable[[Case], float] | None = 0.0
     level_label: str = "no growth"
     log_x: bool = False
@@ -197,7 +197,7 @@ class Failure:
         if not 0.0 < limit < math.inf:
             what = "works" if limit else "fails"
             raise ParameterError(
-                f"Under these conditions, every value of the knob {what}. Change a condition."
+                f"There is no limit under these conditions: every value {what}. Change a condition."
             )
         return limit
 
@@ -353,7 +353,7 @@ def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
     """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; the method works if rate < 0."""
-    words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
+    words = f"the motion {'decays' if rate < 0.0 else 'grows'} at {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 
 

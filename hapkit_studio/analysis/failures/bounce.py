@@ -71,7 +71,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
     wrong = with_unit(100.0 * error, "%", 2, sign=True)
-    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is wrong by {wrong}"
+    words = f"a bounce multiplies the energy by {with_unit(gain, '', 4)}; the formula is wrong by {wrong}"
     x, holds = 1e3 * (bounce_rows(lateness, case, 0.5)[:, rows.TRUE_POSITION] - WALL), abs(error) <= WITHIN
     return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", words)
 
@@ -91,18 +91,19 @@ def live(lateness: float, case: base.Case) -> base.Live:
     given = {"stiffness": base.short(stiffness, stiffness_of(LATENESS, case)), "damping": 0.0}
     values = {**base.within("wall", given), "position": WALL}
     found = base.Live("wall", values, {"rate": case["rate"], "delay": case["late"] / case["rate"]})
-    drag = "Drag to −30 mm, move to the wall at 0.25 m/s and let go just before it"
-    advice = f"{drag}: it comes back {with_unit(thrown(found, WALL), '', 3)} × as fast."
+    drag = "Drag to −30 mm, move towards the wall at 0.25 m/s and let go just before it."
+    advice = f"{drag} The handle comes back {with_unit(thrown(found, WALL), '', 3)} × as fast."
     if values["stiffness"] < 0.999 * stiffness:
-        advice += f" The slider ends at {with_unit(values['stiffness'], 'N/m', 4)}."
+        advice += f" The slider in the window ends at {with_unit(values['stiffness'], 'N/m', 4)}."
     return replace(found, advice=advice)
 
 
 FAILURE = base.Failure(
     key="bounce",
     title="The energy of a bounce",
-    summary="A sampled wall adds energy in every bounce; above a certain stiffness its formula is inaccurate",
-    formula="E out/E in = exp(π (k (T/2 + td) − b₀)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4",
+    summary="A wall adds energy in every bounce; for a stiff wall the formula of this energy is inaccurate",
+    formula="E out/E in = exp(π (k (T/2 + td) − b₀)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4, with "
+    "energy E, stiffness k, period T, delay td, damping b₀, mass m and frequency ω",
     explanation="A sampled wall is a spring that acts late when it is hit and when it is left, by half a "
     "period and the delay. So the handle bounces back faster than it came. The formula treats a bounce as "
     "half an oscillation that grows all the time. For a soft wall this is accurate to 1 %. A stiff wall is "
@@ -116,7 +117,7 @@ FAILURE = base.Failure(
         0.4,
         0.01,
         2.0,
-        "Angle that it turns while late",
+        "Angle in radians that the oscillation turns while the force is late",
         "ω T (1 + 2 td/T)",
     ),
     limit=lambda case: LATENESS,
@@ -125,9 +126,9 @@ FAILURE = base.Failure(
         "ω T (1 + 2 td/T)",
         lambda case: np.linspace(0.05, 0.6, 12),
         (
-            base.Curve("no damping, rendered"),
-            error(0.5, "damping b₀ at half the balance"),
-            error(1.0, "damping b₀ at the balance"),
+            base.Curve("simulation without damping"),
+            error(0.5, "damping takes half of the added energy"),
+            error(1.0, "damping takes all of the added energy"),
         ),
         "limit 0.4",
         level=100.0 * WITHIN,

@@ -56,8 +56,8 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction computed from the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
     holds, shown = size <= FLICKER, compact(size, 2)
-    counts = f"{shown} count{'' if shown == '1' else 's'} p-p"
-    words = f"{'flickers' if holds else 'chatters'} by {counts}"
+    steps = f"{shown} sensor step{'' if shown == '1' else 's'}"
+    words = f"the handle {'flickers' if holds else 'shakes'} by {steps}"
     x = tail - tail.mean()
     return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", words)
 
@@ -74,46 +74,56 @@ def live(friction: float, case: base.Case) -> base.Live:
     size = {place: let_go(found, place, rows.APPLIED_FORCE) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
     if size[place] >= values["kinetic_force"]:
-        flips = f"It changes by {with_unit(size[place], 'N', 2)} and never rests"
-        outcome = f"{flips}. With the model Projection the handle comes to rest."
+        flips = f"The force jumps by {with_unit(size[place], 'N', 2)} and the handle never rests"
+        outcome = f"{flips}. With the model Projection it comes to rest."
     else:
-        further = "" if friction < limit(case) else ": it has friction of its own. Increase F further"
+        further = "" if friction < limit(case) else " because it has friction of its own. Increase F further"
         outcome = f"The handle comes to rest{further}."
     return replace(
-        found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force plot. {outcome}"
+        found, advice=f"Drag to {on_screen(place, 'm')}, let go, and look at the force plot. {outcome}"
     )
 
 
 FAILURE = base.Failure(
     key="chatter",
-    title="Friction by the sign of the velocity",
-    summary="A friction force that follows the sign of a quantised velocity moves the handle by several "
-    "counts, for ever",
-    formula="F T²/(m Δ) > 1.5 without delay, 0.7 with one period of it (found by simulation)",
+    title="Friction from the sign of the velocity",
+    summary="Friction that follows the sign of the measured velocity shakes the handle by several sensor "
+    "steps for ever",
+    formula="The handle shakes if F T²/(m Δ) > 1.5 without delay, or > 0.7 with a delay of one period T, "
+    "with friction F, mass m and sensor step Δ (found by simulation)",
     explanation="Near rest a sensor with steps Δ shows either no velocity or one count in a period, and "
     "its sign is noise. The friction force changes sign with it. In a period T it moves a handle of mass m "
     "by F T²/(2 m) and leaves it with a speed of F T/m. If that carries it over more than about one count "
     "before the next reading, each change of sign causes the next one. A model that knows a position to "
-    "hold, such as the implicit projection, comes to rest.",
-    knob=base.Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
+    "hold, such as the model Projection, comes to rest.",
+    knob=base.Parameter(
+        "friction",
+        "Friction",
+        "N",
+        1.0,
+        0.0,
+        1e4,
+        "Friction of the handle, the same at rest and in motion",
+        "F",
+    ),
     limit=limit,
     probe=probe,
     plot=base.Plot(
         "friction, N",
         _SHARES,
         (
-            base.Curve("by the sign of the velocity"),
+            base.Curve("friction from the sign"),
             base.Curve(
-                "implicit projection",
+                "model Projection",
                 lambda force, case: peak_to_peak(force, case, PROJECTION)[0],
                 base.OTHER,
             ),
         ),
-        "limit, by simulation",
+        "limit, found by simulation",
         lambda case: {"m Δ/T²": count_force(case)},
         level=FLICKER,
-        level_label="1.5 counts",
-        y_label="chatter, counts p-p",
+        level_label="1.5 sensor steps",
+        y_label="shaking, peak to peak, sensor steps",
     ),
     options=(
         base.Choice("late", "Delay", ("none", "one_period"), "none"),

@@ -60,8 +60,8 @@ def rate_of(x: np.ndarray, step: float) -> float:
 
 def probe(step: float, case: base.Case) -> base.Evidence:
     """Press the handle against the mass, nudge it and hold it still."""
-    x, true = swing(method_of(case), step), "; the true motion decays by 0.25 1/s"
-    return base.growth_evidence(1e3 * x, step, rate_of(x, step), "mass from its rest", more=true)
+    x, true = swing(method_of(case), step), "; the true motion decays at 0.25 1/s"
+    return base.growth_evidence(1e3 * x, step, rate_of(x, step), "distance of the mass from rest", more=true)
 
 
 def exact(step: float, case: base.Case) -> float:
@@ -70,8 +70,8 @@ def exact(step: float, case: base.Case) -> float:
 
 
 _ADVICE = (
-    "Drag to 30 mm and hold the mass there for half a minute. A true mass would then be at rest; where the "
-    "step is too long, this one still oscillates."
+    "Drag to 30 mm and hold the mass there for half a minute. A real mass would then be at rest, but this "
+    "one still oscillates if the step is too long."
 )
 
 
@@ -83,14 +83,15 @@ def live(step: float, case: base.Case) -> base.Live:
 
 FAILURE = base.Failure(
     key="course",
-    title="The course's mass–spring–damper at 1 ms",
-    summary="With the lecture's rule the mass in contact grows by 0.075 1/s, although it has a damper",
-    formula="explicit Euler and the lecture's rule: dt < b/k = 1/1,300 s, 0.77 ms",
+    title="The course's mass–spring–damper with 1 ms steps",
+    summary="With the rule of the lecture the oscillation grows at 0.075 1/s, although a damper acts",
+    formula="Explicit Euler and the rule of the lecture are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
+    "step dt, damping b and stiffness k",
     explanation="A mass of 2 kg on a spring of 300 N/m with a damper of 1 N·s/m touches a handle that is "
-    "held still, through a contact of 1,000 N/m. Its true oscillation decays by 0.25 1/s. The lecture's "
-    "rule uses the mean of the last two accelerations. That is half a step too early, so the whole scheme "
-    "lags by one step, which acts like a damping of −k dt = −1.3 N·s/m at 1 ms: more than the damper of "
-    "1 N·s/m removes. Semi-implicit Euler costs the same and is stable up to 78 ms.",
+    "held still, through a contact of 1,000 N/m. Its true oscillation decays at 0.25 1/s. The rule of the "
+    "lecture uses the mean of the last two accelerations. That is half a step too early, so the whole "
+    "scheme lags by one step, which acts like a damping of −k dt = −1.3 N·s/m at 1 ms: more than the "
+    "damper of 1 N·s/m removes. Semi-implicit Euler costs the same and is stable up to 78 ms.",
     knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Step of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
@@ -98,8 +99,8 @@ FAILURE = base.Failure(
         "step, ms",
         lambda case: np.geomspace(0.1e-3, 7e-3, 25),
         (
-            base.Curve("largest root", exact, base.THEORY),
-            base.Curve("rendered"),
+            base.Curve("theory", exact, base.THEORY),
+            base.Curve("simulation"),
             base.Curve("true motion", lambda step, case: -DAMPING / (2.0 * MASS), base.OTHER),
         ),
         "limit",

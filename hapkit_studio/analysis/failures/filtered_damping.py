@@ -45,13 +45,23 @@ def live(damping: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="filtered_damping",
     title="Damping that reduces stability",
-    summary="Behind a second-order filter of 20 Hz, more virtual damping lowers the largest stable stiffness",
-    formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1,002 N/m at b = 0, 760 N/m at b = 1 N·s/m",
+    summary="With a slow velocity filter (20 Hz), more virtual damping makes a spring less stable",
+    formula="Example with 0.05 kg, 0.5 N·s/m, 1 kHz and a Butterworth filter of 20 Hz: the stiffness limit "
+    "is 1,002 N/m with virtual damping b = 0, and 760 N/m with b = 1 N·s/m",
     explanation="A spring near its limit oscillates at 150 rad/s, 24 Hz. At this frequency the output of a "
     "second-order low-pass of 20 Hz is more than a quarter of a period late. The damping force then adds "
     "energy instead of removing it, so every added N·s/m makes the spring less stable. With an unfiltered "
     "backward difference the same damping would triple the limit.",
-    knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "b"),
+    knob=base.Parameter(
+        "damping",
+        "Virtual damping",
+        "N·s/m",
+        0.5,
+        0.0,
+        MOST,
+        "Virtual damping, computed from the filtered velocity",
+        "b",
+    ),
     limit=limit,
     probe=lambda b, case: spring.evidence(spring.setting(case, spec(case)), b, case["stiffness"]),
     plot=over_damping(
@@ -60,14 +70,21 @@ FAILURE = base.Failure(
         spec,
         boundary="limit",
         level=lambda case: case["stiffness"],
-        level_label="the spring",
+        level_label="stiffness of the spring",
     ),
     options=(
         base.Parameter(
             "stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Stiffness of the rendered spring", "k"
         ),
         base.Parameter(
-            "cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Corner frequency of the Butterworth filter", "f"
+            "cutoff",
+            "Corner frequency",
+            "Hz",
+            20.0,
+            5.0,
+            200.0,
+            "Corner frequency of the Butterworth filter",
+            "f",
         ),
         *spring.HANDLE,
     ),

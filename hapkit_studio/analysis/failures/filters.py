@@ -55,9 +55,11 @@ def over_damping(
         return bound(case, damping, spec(case), measured_stiffness_limit)
 
     curves = (
-        base.Curve("no filter", lambda damping, case: bound(case, damping, "difference"), base.OTHER),
-        base.Curve("filtered, exact", exact, base.THEORY),
-        base.Curve("rendered", rendered, at=lambda case: dampings(case)[::every]),
+        base.Curve(
+            "theory without filter", lambda damping, case: bound(case, damping, "difference"), base.OTHER
+        ),
+        base.Curve("theory with filter", exact, base.THEORY),
+        base.Curve("simulation with filter", rendered, at=lambda case: dampings(case)[::every]),
     )
     y_label = "largest stable stiffness, N/m"
     return base.Plot("virtual damping, N·s/m", dampings, curves, y_label=y_label, **more)
@@ -73,7 +75,8 @@ FAILURE = base.Failure(
     key="filters",
     title="A velocity filter inside the loop",
     summary="A filter that smooths the velocity also delays it, and lowers the largest stable stiffness",
-    formula="k of the first root of 1 + (k + b H(z)) P(z) = 0 on |z| = 1; H: filter, P: handle with hold",
+    formula="The limit is the smallest k for which 1 + (k + b H(z)) P(z) = 0 has a root on |z| = 1, with "
+    "stiffness k, virtual damping b, filter H and handle P",
     explanation="The damping force is computed from a filtered velocity. The filter removes noise, but its "
     "output is late, by about 1/(2π f) for a first-order low-pass with corner frequency f. Late damping "
     "removes less energy, and beyond a quarter of a period it adds energy. So the lower the corner, the "
@@ -86,7 +89,7 @@ FAILURE = base.Failure(
         lambda case: np.linspace(0.0, 10.0, 21),
         2,
         chosen,
-        marks=lambda case: {"this damping": case["damping"]},
+        marks=lambda case: {"present damping": case["damping"]},
         level=None,
     ),
     options=(

@@ -24,7 +24,9 @@ SEEN = 0.5e-3
 POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: start position and pointer speed of a throw
 FARTHEST = 0.06  # m: largest position that the pointer reaches
-_WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves them out."
+_WHY = (
+    "Dry friction and the motor's limit of 3 N hold the handle; the limit on this page does not include them."
+)
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
@@ -75,8 +77,8 @@ def pulled(
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]
-    most = f" The slider ends at {with_unit(live.values[key], unit, 4)}." if cut else ""
+    most = f" The slider in the window ends at {with_unit(live.values[key], unit, 4)}." if cut else ""
     does = behaviour(_scene(live), None)
     why = f" {_WHY}" if does.calm and value > bound else ""
-    outcome = ": it comes to rest." if does.calm else f". {does.sentence(in_hand=False)}"
+    outcome = ". The handle comes to rest." if does.calm else f". {does.sentence(in_hand=False)}"
     return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go{outcome}{why}{most}")

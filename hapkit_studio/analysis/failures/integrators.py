@@ -64,7 +64,7 @@ def probe(step: float, case: base.Case) -> base.Evidence:
         size = np.hypot(x, v / OMEGA)
     size = size[: base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)]
     shown = base.alive(size[: base.before_lost(size, 30.0 * START)], 1e-3 * START)
-    true = f"; the true motion decays by {with_unit(-_growth('exact', 1.0, case), '1/s')}"
+    true = f"; the true motion decays at {with_unit(-_growth('exact', 1.0, case), '1/s')}"
     return base.growth_evidence(1e3 * x[:shown], dt, base.growth(size, dt), more=true)
 
 
@@ -78,8 +78,8 @@ def live(step: float, case: base.Case) -> base.Live:
     rate = base.live_rate(base.short(omega / step, omega / limit(case)))
     holds = omega / rate < limit(case)
     what = "comes to rest" if holds else "oscillates more and more, becomes unstable and starts again"
-    slow = " The loop in the window runs at 100 Hz at least." if omega / rate < 0.999 * step else ""
-    advice = f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
+    slow = " The loop in the window cannot run slower than 100 Hz." if omega / rate < 0.999 * step else ""
+    advice = f"Drag to 30 mm against the mass, then back to −30 mm. The mass {what}.{slow}"
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
@@ -111,8 +111,9 @@ def plane(case: base.Case) -> Plane:
         limits = (Boundary("longest stable step", longest, ratios),) if np.isfinite(longest).all() else ()
         panels.append(Panel(field, name, limits, marks=tuple(swing_points())))
     return Plane(
-        "Green: the motion decays. The lines say by what factor per step; stars: the scenes at 1,000 Hz",
-        "ω dt, angle per step",
+        "Green: the motion decays. Each line has a number: the decay in one step. Stars: the scenes at "
+        "1,000 Hz",
+        "ω dt: angle of the oscillation in one step",
         "damping ratio ζ",
         tuple(panels),
         partial(_place, ratio=_ratio(case)),
@@ -126,23 +127,26 @@ def _place(step: float, ratio: float) -> tuple[float, float]:
 
 FAILURE = base.Failure(
     key="integrators",
-    title="A step too long for its integrator",
+    title="A time step too long for the integrator",
     summary="Above a certain step size the computed motion of a mass on a spring gains energy in every "
     "oscillation",
-    formula="ω dt < 2 ζ explicit Euler, 2(√(1 + ζ²) − ζ) semi-implicit, 2 Verlet, 2.83 RK4 at ζ = 0",
+    formula="Stable if ω dt < 2 ζ (explicit Euler), 2(√(1 + ζ²) − ζ) (semi-implicit), 2 (Verlet) or 2.83 "
+    "(RK4 at ζ = 0), with frequency ω, step dt and damping ratio ζ",
     explanation="An integrator replaces the motion within a step by an approximation, and its error adds "
     "or removes energy. What counts is the angle ω dt that the oscillation turns in one step, and the "
-    "damping ratio ζ. Explicit Euler and the lecture's rule add energy in every step, so only enough "
+    "damping ratio ζ. Explicit Euler and the rule of the lecture add energy in every step, so only enough "
     "damping keeps them stable. The other methods are stable up to about two radians a step.",
-    knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "Angle that it turns in one step", "ω·dt"),
+    knob=base.Parameter(
+        "step", "Step", "", 1.0, 1e-3, 10.0, "Angle in radians that the oscillation turns in one step", "ω·dt"
+    ),
     limit=limit,
     probe=probe,
     plot=base.Plot(
         "ω·dt",
         _SHARES,
         (
-            base.Curve("largest root", lambda step, case: _growth(method_of(case), step, case), base.THEORY),
-            base.Curve("measured"),
+            base.Curve("theory", lambda step, case: _growth(method_of(case), step, case), base.THEORY),
+            base.Curve("simulation"),
             base.Curve("true motion", lambda step, case: _growth("exact", 1.0, case), base.OTHER),
         ),
         "limit",

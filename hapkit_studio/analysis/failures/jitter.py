@@ -118,20 +118,19 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring for the window, in a loop that always has the longest period."""
     loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
     found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
-    return replace(found, advice=f"Live, every period has the long duration. {found.advice}")
+    return replace(found, advice=f"In the window, every period is as long as the long one. {found.advice}")
 
 
 FAILURE = base.Failure(
     key="jitter",
     title="A loop that is sometimes late",
     summary="A stiffness that is stable at the nominal rate becomes unstable when some samples come late",
-    formula="safe: k < 2 b₀/T with the longest period T; exact: from the roots over one repetition of the "
-    "pattern",
-    explanation="In each period T a held spring force adds energy ½ k v² T², so a period that is five "
-    "times as long adds 25 times as much. The handle's damping removes b₀ v² T, only five times as much. A "
-    "repeating pattern of periods has its own exact limit, which is lowest where the long periods come "
-    "whenever the handle is fastest. For any order of the periods and any hand, only the limit of the "
-    "longest period is safe: k < 2 b₀/T.",
+    formula="Safe: k < 2 b₀/T, with stiffness k, damping b₀ of the handle and the longest period T. Exact: "
+    "from the roots over one repetition of the pattern",
+    explanation="The force of a spring stays constant in each period T. At a speed v this adds the energy "
+    "½ k v² T², so a period that is five times as long adds 25 times as much. The handle's damping removes "
+    "b₀ v² T, only five times as much. The limit is lowest if a long period comes each time the handle is "
+    "fastest. Only the limit of the longest period is safe for every pattern and every hand: k < 2 b₀/T.",
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,
@@ -139,17 +138,23 @@ FAILURE = base.Failure(
         "stiffness, N/m",
         charted,
         (
-            base.Curve("largest root", lambda k, case: exact(k, case, pattern(case)), base.THEORY),
-            base.Curve("rendered"),
-            base.Curve("never late", lambda k, case: exact(k, case, (1.0 / case["rate"],)), base.OTHER),
-            base.Curve("always late", always_late, base.OTHER),
+            base.Curve("theory", lambda k, case: exact(k, case, pattern(case)), base.THEORY),
+            base.Curve("simulation"),
+            base.Curve(
+                "theory, never late", lambda k, case: exact(k, case, (1.0 / case["rate"],)), base.OTHER
+            ),
+            base.Curve("theory, always late", always_late, base.OTHER),
         ),
         "exact limit",
-        lambda case: {"longest period": worst(case), "nominal rate": nominal(case)},
+        lambda case: {"limit of the longest period": worst(case), "limit of the usual period": nominal(case)},
     ),
     options=(
-        base.Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
-        base.Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),
+        base.Parameter(
+            "usual", "Usual periods", "", 24.0, 1.0, 500.0, "Number of usual periods between two long ones"
+        ),
+        base.Parameter(
+            "long", "Long period", "periods", 5.0, 1.0, 20.0, "Length of the long period, in usual periods"
+        ),
         spring.MASS,
         spring.VISCOUS,
         spring.RATE,

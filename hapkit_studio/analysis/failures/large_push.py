@@ -52,7 +52,11 @@ def probe(push: float, case: base.Case) -> base.Evidence:
     x, word = swing(push, case)
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     samples = int(moving[-1]) + 1 if len(moving) else len(x)
-    ends = {spring.RESTS: "comes to rest within", spring.CYCLES: "shrinks for", spring.GROWS: "grows for"}
+    ends = {
+        spring.RESTS: "the handle comes to rest within",
+        spring.CYCLES: "the oscillation shrinks for",
+        spring.GROWS: "the oscillation grows for",
+    }
     words = f"{ends[word]} {with_unit(samples / case['rate'], 's', 2)}"
     shown, most = 1e3 * x[: round(1.2 * samples)], 1e3 * float(np.abs(x).max())
     holds = word != spring.GROWS
@@ -71,20 +75,23 @@ def live(push: float, case: base.Case) -> base.Live:
     pointer = behind(push, values["stiffness"])
     outcome = "keeps oscillating" if let_go(found, pointer) > SEEN else "comes to rest"
     drag = f"Drag to {on_screen(pointer, 'm', 3)}: the handle moves by {on_screen(push, 'm', 3)}. Let go."
-    return replace(found, advice=f"{drag} With the window's sensor steps it {outcome}.")
+    return replace(found, advice=f"{drag} With the sensor steps of the window, the handle {outcome}.")
 
 
 FAILURE = base.Failure(
     key="large_push",
     title="Stable after a small push, unstable after a large one",
-    summary="Dry friction holds a spring beyond its limit, but only up to a certain amplitude",
-    formula="A < (F_c/k) coth(π σ/2ω), σ ± jω the root of the spring; about 4 F_c/(π ω (k T/2 − b₀))",
+    summary="Dry friction keeps a spring above its limit stable, but only up to a certain amplitude",
+    formula="Stable if A < (F_c/k) coth(π σ/2ω), about 4 F_c/(π ω (k T/2 − b₀)), with amplitude A, dry "
+    "friction F_c, stiffness k, root σ ± jω of the spring, period T and damping b₀",
     explanation="Beyond k = 2 b₀/T sampling adds more energy in an oscillation than viscous damping "
     "removes. This surplus, π ω A² (k T/2 − b₀), grows with the square of the amplitude A. Dry friction "
     "removes 4 F_c A, in proportion to A only. So small oscillations die out and large ones grow "
     "(Diolaiti's locally stable region). A wall that is stable under a light touch can start to buzz after "
     "one hard hit.",
-    knob=base.Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
+    knob=base.Parameter(
+        "push", "Push", "m", 2e-3, 1e-6, 1.0, "Distance by which the handle is displaced", "A"
+    ),
     limit=lambda case: amplitude(case, case["stiffness"]),
     probe=probe,
     plot=base.Plot(
@@ -92,18 +99,18 @@ FAILURE = base.Failure(
         lambda case: edge(case) * np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0]),
         (
             base.Curve(
-                "theory, half periods",
+                "theory",
                 lambda k, case: 1e3 * amplitude(case, k),
                 base.THEORY,
                 lambda case: edge(case) * np.geomspace(1.15, 4.0, 60),
             ),
-            base.Curve("rendered", lambda k, case: 1e3 * measured(case, k)),
+            base.Curve("simulation", lambda k, case: 1e3 * measured(case, k)),
         ),
-        marks=lambda case: {"this spring": case["stiffness"], "limit without friction": edge(case)},
+        marks=lambda case: {"present stiffness": case["stiffness"], "limit without friction": edge(case)},
         level=lambda case: 1e3 * amplitude(case, case["stiffness"]),
-        level_label="limit of this spring",
+        level_label="limit at the present stiffness",
         log_y=True,
-        y_label="largest push that settles, mm",
+        y_label="largest push after which the handle rests, mm",
     ),
     options=(
         replace(spring.STIFFNESS, default=2000.0, high=50_000.0),

@@ -42,8 +42,10 @@ def swing(stiffness: float, case: base.Case) -> tuple[np.ndarray, str, float]:
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Release the handle a few counts from its equilibrium."""
     x, word, counts = swing(stiffness, case)
-    buzz = f"keeps buzzing by {with_unit(counts, 'counts', 2)}"
-    words = {spring.RESTS: "comes to rest", spring.GROWS: "grows", spring.CYCLES: buzz}[word]
+    buzz = f"the handle keeps buzzing by {with_unit(counts, 'counts', 2)}"
+    words = {spring.RESTS: "the handle comes to rest", spring.GROWS: "the motion grows", spring.CYCLES: buzz}[
+        word
+    ]
     label = "position"
     if word == spring.CYCLES:
         x = x[-round(SHOWN * case["rate"]) :]
@@ -66,7 +68,7 @@ LARGE = 200.3
 _LOW, _HIGH = 0.12, 4.0
 _WORDS = {
     STABLE: "comes to rest",
-    BOUNDED: "buzzes, bounded",
+    BOUNDED: "keeps buzzing",
     PUSHED: "grows after a large push",
     UNSTABLE: "grows",
 }
@@ -118,13 +120,13 @@ def plane(case: base.Case) -> Plane:
             Boundary("$F_c$/(kΔ) = ½", across[[0, -1]], np.full(2, steady)),
         ),
         points=tuple(
-            Points(f"rendered: {_WORDS[word]}", word, *np.array(at).T) for word, at in found.items() if at
+            Points(f"simulation: {_WORDS[word]}", word, *np.array(at).T) for word, at in found.items() if at
         ),
     )
     return Plane(
-        "Rest needs enough friction (top) and enough damping (right)",
-        "b₀/(k T), damping over sampling",
-        "$F_c$/(k Δ), dry friction over one sensor step",
+        "The handle rests with enough friction (top) and enough damping (right)",
+        "b₀/(k T): damping relative to sampling",
+        "$F_c$/(k Δ): friction relative to the force of a sensor step",
         (panel,),
         partial(_place, case=dict(case)),
     )
@@ -136,24 +138,25 @@ def _place(stiffness: float, case: base.Case) -> tuple[float, float]:
 
 FAILURE = base.Failure(
     key="limit_cycle",
-    title="A buzz smaller than one count",
-    summary="Where the force of half a count exceeds dry friction, the handle never comes to rest",
-    formula="k < 2 F_c/Δ, while k < b₀/(T/2 + td) (Abbott and Okamura; F_c/(k Δ) > ½ in Diolaiti's plane)",
-    explanation="A sensor with steps Δ turns the spring's force into steps of k Δ. If the handle would "
-    "rest at the edge between two counts, the force there is +½ k Δ on one side and −½ k Δ on the other, "
+    title="A buzz smaller than one sensor step",
+    summary="If the spring's force over half a sensor step exceeds dry friction, the handle never rests",
+    formula="No buzz if k < 2 F_c/Δ and k < b₀/(T/2 + td), with stiffness k, dry friction F_c, sensor step "
+    "Δ, damping b₀, period T and delay td (Abbott and Okamura); in the chart F_c/(k Δ) > ½ (Diolaiti)",
+    explanation="A sensor with steps Δ turns the spring's force into steps of k Δ. If the handle would rest "
+    "at the edge between two sensor steps, the force there is +½ k Δ on one side and −½ k Δ on the other, "
     "never 0. Dry friction F_c holds the handle as long as ½ k Δ is smaller. Beyond that the handle is "
-    "pushed back and forth across the edge for ever. This limit cycle is bounded, often smaller than a "
-    "count, and can be felt.",
+    "pushed back and forth across the edge for ever. This buzz (a limit cycle) does not grow and is often "
+    "smaller than a sensor step, but you can feel it.",
     knob=spring.STIFFNESS,
     limit=limit,
     probe=probe,
     plot=base.Plot(
         "stiffness, N/m",
         _SHARES,
-        (base.Curve("rendered", buzz),),
+        (base.Curve("simulation", buzz),),
         "2 F_c/Δ",
         lambda case: {"b₀/(T/2 + td)": case["viscous"] * case["rate"] / edges(case)[0]},
-        y_label="buzz, counts p-p",
+        y_label="buzz, peak to peak, sensor steps",
         level=None,
     ),
     options=(

@@ -69,8 +69,8 @@ def plane(case: base.Case) -> Plane:
     points = [
         Points(words, outcome, *np.array(outcomes[holds]).reshape(-1, 2).T)
         for holds, outcome, words in (
-            (True, STABLE, "rendered: decays"),
-            (False, UNSTABLE, "rendered: grows"),
+            (True, STABLE, "simulation: decays"),
+            (False, UNSTABLE, "simulation: grows"),
         )
     ]
     across = np.geomspace(0.9, 1.3 * total[-1], _GRID)
@@ -83,9 +83,9 @@ def plane(case: base.Case) -> Plane:
         points=tuple(points),
     )
     return Plane(
-        f"Every handle and loop in one chart, delay {with_unit(delay * rate, 'periods')}",
-        "(b₀ + b)/b₀, total damping over the handle's own",
-        "k T/b₀, stiffness",
+        f"One chart for every handle and loop, with a delay of {with_unit(delay * rate, 'periods')}",
+        "(b₀ + b)/b₀: total damping relative to the handle's damping",
+        "k T/b₀: stiffness without unit",
         (panel,),
         partial(_place, damping=case["damping"], viscous=viscous, rate=rate),
     )
@@ -97,15 +97,16 @@ def _place(stiffness: float, damping: float, viscous: float, rate: float) -> tup
 
 FAILURE = base.Failure(
     key="sampled_spring",
-    title="A spring too stiff for its loop",
+    title="A spring too stiff for the loop",
     summary="Above a certain stiffness the sampled spring gives the handle more energy than damping takes "
     "away",
-    formula="k < (b₀ + b)/(T/2 + td), approximately; exact: from the roots of the sampled loop",
+    formula="Stable if about k < (b₀ + b)/(T/2 + td), with stiffness k, damping b₀ of the handle and b of "
+    "the spring, period T and delay td. Exact: from the roots of the sampled loop",
     explanation="The loop reads the position once in each period T and holds the force until the next "
     "reading. On average the force is late by T/2 and by the delay td. A late spring force resists too "
     "little on the way in and pushes too long on the way out. So every oscillation gains energy in "
     "proportion to k (T/2 + td), and loses energy in proportion to the damping b₀ of the handle and b of "
-    "the spring. Where it gains more than it loses, it grows.",
+    "the spring. If an oscillation gains more than it loses, it grows.",
     knob=spring.STIFFNESS,
     limit=limit,
     probe=lambda k, case: spring.evidence(spring.setting(case), case["damping"], k),
@@ -113,8 +114,8 @@ FAILURE = base.Failure(
         "stiffness, N/m",
         np.linspace(0.5, 2.0, 31),
         (
-            base.Curve("largest root", lambda k, case: spring.exact(case, k).real, base.THEORY),
-            base.Curve("rendered"),
+            base.Curve("theory", lambda k, case: spring.exact(case, k).real, base.THEORY),
+            base.Curve("simulation"),
         ),
         "exact limit",
         rule,

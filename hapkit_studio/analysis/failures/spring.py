@@ -22,19 +22,48 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.parameters import Parameter
 
 IDEAL = "; this handle has no dry friction"
-MASS = Parameter("mass", "Handle's mass", "kg", nominal.MASS, 0.005, 1.0, "Without the hand", "m")
+MASS = Parameter(
+    "mass", "Handle's mass", "kg", nominal.MASS, 0.005, 1.0, "Mass of the handle without a hand", "m"
+)
 VISCOUS = Parameter(
-    "viscous", "Handle's damping", "N·s/m", nominal.VISCOUS, 0.01, 10.0, "Without the hand", "b₀"
+    "viscous",
+    "Handle's damping",
+    "N·s/m",
+    nominal.VISCOUS,
+    0.01,
+    10.0,
+    "Viscous damping of the handle without a hand",
+    "b₀",
 )
 DAMPING = Parameter(
     "damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Damping of the rendered spring", "b"
 )
-RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Servo rate of the loop", "1/T")
-DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "Time from a sample to its force")
+RATE = Parameter(
+    "rate",
+    "Servo rate",
+    "Hz",
+    1000.0,
+    100.0,
+    10_000.0,
+    "How many times per second the force is computed",
+    "1/T",
+)
+DELAY = Parameter(
+    "delay", "Delay", "s", 0.0, 0.0, 0.02, "Time from the measurement of the position to the force"
+)
 COULOMB = Parameter(
     "coulomb", "Dry friction", "N", nominal.COULOMB_FORCE, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"
 )
-QUANTUM = Parameter("quantum", "Sensor step", "m", nominal.QUANTUM, 1e-6, 1e-3, "One count", "Δ")
+QUANTUM = Parameter(
+    "quantum",
+    "Sensor step",
+    "m",
+    nominal.QUANTUM,
+    1e-6,
+    1e-3,
+    "Smallest distance that the sensor measures: one count",
+    "Δ",
+)
 STIFFNESS = Parameter(
     "stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Stiffness of the rendered spring", "k"
 )

@@ -31,15 +31,24 @@ def step(quantum: float, case: base.Case) -> float:
 
 FAILURE = base.Failure(
     key="texture_counts",
-    title="Ridges with too few sensor counts",
-    summary="With fewer than ten sensor counts for each ridge, the force becomes a staircase instead of a "
+    title="Ridges with too few sensor steps",
+    summary="With fewer than ten sensor steps for each ridge, the force becomes a staircase instead of a "
     "wave",
-    formula="Δ ≤ λ/10; the force has steps of up to 2π A Δ/λ",
-    explanation="The force is computed from the sensor's reading, which has steps Δ. With ten counts for "
-    "each ridge the force jumps by up to 62 % of its amplitude A from one count to the next. Each jump is "
+    formula="Δ ≤ λ/10, with sensor step Δ and wavelength λ; the force of amplitude A jumps by up to 2π A Δ/λ",
+    explanation="The force is computed from the sensor's reading, which has steps Δ. With ten steps for "
+    "each ridge the force jumps by up to 62 % of its amplitude A from one step to the next. Each jump is "
     "felt as a small knock, and the knocks are finer and sharper than the ridges. The Hapkit's steps of "
     "20.7 µm are fine enough for ridges of 0.2 mm. A paddle with steps of 0.78 mm needs ridges of 8 mm.",
-    knob=base.Parameter("quantum", "Sensor step", "m", 1e-4, 1e-7, 0.02, "One count", "Δ"),
+    knob=base.Parameter(
+        "quantum",
+        "Sensor step",
+        "m",
+        1e-4,
+        1e-7,
+        0.02,
+        "Smallest distance that the sensor measures: one count",
+        "Δ",
+    ),
     limit=lambda case: case["wavelength"] / stroking.WANTED,
     probe=probe,
     plot=base.Plot(
@@ -51,15 +60,15 @@ FAILURE = base.Failure(
                 lambda q, case: 200.0 * math.sin(math.pi * q / case["wavelength"]),
                 base.THEORY,
             ),
-            base.Curve("rendered", step),
+            base.Curve("simulation", step),
         ),
         "λ/10",
-        lambda case: {"a Hapkit's count": nominal.QUANTUM},
+        lambda case: {"sensor step of a Hapkit": nominal.QUANTUM},
         level=200.0 * math.sin(math.pi / stroking.WANTED),
-        level_label="ten counts",
+        level_label="ten steps for each ridge",
         log_x=True,
         factor=1e3,
-        y_label="largest step of the force, % of A",
+        y_label="largest jump of the force, % of the amplitude",
     ),
     options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     span=(0.2, 3.0),

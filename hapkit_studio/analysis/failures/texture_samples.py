@@ -27,8 +27,8 @@ def peak(speed: float, case: base.Case) -> float:
 FAILURE = base.Failure(
     key="texture_samples",
     title="Ridges with too few samples",
-    summary="With fewer than ten samples for each, ridges become weak and uneven",
-    formula="v ≤ λ/(10T)",
+    summary="With fewer than ten samples for each ridge, the ridges become weak and uneven",
+    formula="v ≤ λ/(10T), with speed v, wavelength λ and period T",
     explanation="The loop renders a ridge only where it takes a sample. With n samples for each ridge, the "
     "nearest sample can be 1/(2n) of a wavelength away from the top. So the weakest ridge gets cos(π/n) of "
     "its force: 95 % with ten samples, 81 % with five. Which ridge is weak changes along the stroke, and "
@@ -45,11 +45,11 @@ FAILURE = base.Failure(
                 lambda v, case: 100.0 * math.cos(math.pi * v / (case["wavelength"] * case["rate"])),
                 base.THEORY,
             ),
-            base.Curve("rendered", peak),
+            base.Curve("simulation", peak),
         ),
         "λ/(10T)",
         level=100.0 * math.cos(math.pi / stroking.WANTED),
-        level_label="ten samples per ridge",
+        level_label="ten samples for each ridge",
         log_x=True,
         y_label="force in the worst ridge, % of its amplitude",
     ),

@@ -27,7 +27,8 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
     frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength
     holds = abs(frequency - there) <= TRUE_WITHIN * there
-    words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, the ridges pass at {with_unit(there, 'Hz', 4)}"
+    felt, passed = with_unit(frequency, "Hz", 4), with_unit(there, "Hz", 4)
+    words = f"the force vibrates at {felt}; the ridges pass at {passed}"
     return base.Evidence(force[:80], 1.0 / rate, "force", "N", holds, frequency, "Hz", words, held=True)
 
 
@@ -41,7 +42,7 @@ FAILURE = base.Failure(
     key="texture_speed",
     title="Ridges crossed too fast",
     summary="Beyond half the servo rate a faster stroke feels like a slower one",
-    formula="v < λ/(2T); for a well-formed force v ≤ λ/(10T)",
+    formula="v < λ/(2T), with speed v, wavelength λ and period T; for a smooth force v ≤ λ/(10T)",
     explanation="Ridges with wavelength λ, crossed at speed v, should be felt v/λ times a second. The loop "
     "samples 1/T times a second, and at least two samples for each ridge are needed to tell its frequency "
     "(Nyquist). Beyond that the samples are the same as those of a slower vibration of frequency 1/T − v/λ "
@@ -53,13 +54,13 @@ FAILURE = base.Failure(
         "speed, m/s",
         np.linspace(0.1, 1.95, 38),
         (
-            base.Curve("the ridges, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
-            base.Curve("aliased, theory", folded, base.THEORY),
-            base.Curve("rendered"),
+            base.Curve("ridges per second, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
+            base.Curve("theory with aliasing", folded, base.THEORY),
+            base.Curve("simulation"),
         ),
         "λ/(2T)",
         lambda case: {"λ/(10T)": 0.2 * limit(case)},
-        y_label="vibration, Hz",
+        y_label="frequency of the vibration, Hz",
         level=None,
     ),
     options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),

@@ -63,7 +63,8 @@ FAILURE = base.Failure(
     title="Ridges too steep for the loop",
     summary="In its valleys a grating acts like a spring; above a certain amplitude this spring is too "
     "stiff and buzzes",
-    formula="A < b₀ λ/(π T), from 2π A/λ < 2 b₀/T",
+    formula="A < b₀ λ/(π T), from 2π A/λ < 2 b₀/T, with amplitude A, damping b₀ of the handle, wavelength λ "
+    "and period T",
     explanation="The force of a grating with amplitude A and wavelength λ changes by up to 2π A/λ per "
     "metre. In a valley this is the stiffness of a spring, so it has the spring's limit 2 b₀/T. Finer "
     "ridges must be weaker: at most 0.8 N at 5 mm and 0.16 N at 1 mm, for 0.5 N·s/m at 1 kHz. Beyond the "
@@ -75,10 +76,8 @@ FAILURE = base.Failure(
         "amplitude, N",
         np.linspace(0.5, 1.5, 21),
         (
-            base.Curve(
-                "largest root", lambda a, case: spring.exact(case, stiffness(a, case)).real, base.THEORY
-            ),
-            base.Curve("rendered"),
+            base.Curve("theory", lambda a, case: spring.exact(case, stiffness(a, case)).real, base.THEORY),
+            base.Curve("simulation"),
         ),
         "exact limit",
         lambda case: {"b₀ λ/(π T)": case["viscous"] * case["wavelength"] * case["rate"] / math.pi},

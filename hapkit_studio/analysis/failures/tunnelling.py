@@ -64,7 +64,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     felt = [int(np.count_nonzero(out[:, rows.FORCE])) for out in runs]
     least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
-    words = f"the worst throw gets {least} samples; the weakest gives {peak} of the force"
+    words = f"the worst throw gets {least} samples; the weakest throw gives {peak} of the force"
     words += f"; the energy changes by up to {energy}"
     force, step = 100.0 * runs[felt.index(least)][:, rows.FORCE] / PEAK, 1.0 / case["rate"]
     holds = least >= WANTED
@@ -90,27 +90,30 @@ FAILURE = base.Failure(
     key="tunnelling",
     title="A bump crossed between two samples",
     summary="A handle that is fast enough crosses a narrow bump with little force or none",
-    formula="v ≤ w/(4T); beyond w/T it can pass without any sample on the bump",
+    formula="v ≤ w/(4T), with speed v, width w of the bump and period T; above w/T the handle can pass "
+    "without any sample on the bump",
     explanation="Between two samples the handle moves by v T, and nothing in between is rendered. A bump "
     "of width w needs four samples, one for each quarter of its wave, to give at least 71 % of its force. "
     "With two it may give almost nothing, and from v = w/T on the handle can pass without a single sample "
     "on the bump. What is missed uphill differs from what is missed downhill, so the crossing also gains "
     "or loses energy.",
-    knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Speed of the throw", "v"),
+    knob=base.Parameter(
+        "speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Speed at which the handle is thrown", "v"
+    ),
     limit=limit,
     probe=probe,
     plot=base.Plot(
         "speed, m/s",
         np.geomspace(0.2, 6.0, 26),
         (
-            base.Curve("worst sample, theory", theory, base.THEORY),
-            base.Curve("peak force, rendered", lambda v, case: 100.0 * least_peak(throws(v, case))),
+            base.Curve("theory for the worst throw", theory, base.THEORY),
+            base.Curve("peak force, simulation", lambda v, case: 100.0 * least_peak(throws(v, case))),
             base.Curve("energy gained or lost", shown, base.OTHER),
         ),
         "w/(4T)",
-        lambda case: {"w/T: unseen": WANTED * limit(case)},
+        lambda case: {"w/T: no sample": WANTED * limit(case)},
         log_x=True,
-        y_label="worst throw, % of the whole",
+        y_label="worst throw, % of the peak or of the energy",
         level=None,
     ),
     options=(

@@ -94,7 +94,7 @@ def test_one_failure_is_printed_with_its_options_another_trial_and_a_picture(cap
     assert main(words) == 0
     out = capsys.readouterr().out
     assert "limit: step 0.7692 ms" in out
-    assert "1 ms fails: grows by 0.075 1/s" in out
+    assert "1 ms fails: the motion grows at 0.075 1/s" in out
     assert f"wrote {path}" in out
     assert path.read_bytes()[:4] == b"\x89PNG"
 

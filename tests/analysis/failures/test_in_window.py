@@ -24,9 +24,9 @@ def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_
         return a > 3.0 / k
 
     just = next(k for k in range(1010, 2000) if not holds(k))
-    assert live("sampled_spring", 0.99).advice.endswith("let go: it comes to rest.")
+    assert live("sampled_spring", 0.99).advice.endswith("let go. The handle comes to rest.")
     assert (
-        "let go: it comes to rest. Dry friction and the motor's limit of 3 N hold it"
+        "let go. The handle comes to rest. Dry friction and the motor's limit of 3 N hold the handle"
         in live("sampled_spring", 1.01).advice
     )
     for share, swings in ((0.93 * just / 1001.9, False), (1.12 * just / 1001.9, True)):
@@ -35,7 +35,7 @@ def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_
 
 
 def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
-    for share, words in ((0.96, "it comes to rest."), (1.04, "it keeps oscillating.")):
+    for share, words in ((0.96, "the handle comes to rest."), (1.04, "the handle keeps oscillating.")):
         assert live("large_push", share).advice.endswith(words)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
     # the grip of 200 N/m has to pull with the motor's limit of 3 N, so the pointer is 15 mm ahead of the

@@ -182,7 +182,7 @@ def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     for bound, what in ((math.inf, "works"), (0.0, "fails")):
         object.__setattr__(failure, "limit", lambda case, bound=bound: bound)
         page.run()
-        words = f"Under these conditions, every value of the knob {what}. Change a condition."
+        words = f"There is no limit under these conditions: every value {what}. Change a condition."
         qtbot.waitUntil(lambda words=words: page.verdict.words.text() == words)
         assert not page.verdict.feel.isEnabled()
 
