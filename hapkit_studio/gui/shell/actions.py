@@ -24,7 +24,12 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.pages.sessions import SessionsPage
 
 Action = action_set.Action[MainWindow]
-THEMES = {"system": "Same as the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+THEMES = {
+    "system": "Theme of the system",
+    "light": "Light theme",
+    "dark": "Dark theme",
+    "contrast": "High-contrast theme",
+}
 
 
 def _has_engine(window: MainWindow) -> bool:
@@ -163,25 +168,25 @@ _SESSION = (
         checked=lambda w: w.live.paused,
     ),
     Action(
-        "session.release_here", "Release here", lambda w: w.display.release_here(), "L",
+        "session.release_here", "Release handle here", lambda w: w.display.release_here(), "L",
         enabled=lambda w: w.studio.models_handle and not _replays(w),
     ),
-    Action("session.open", "Open…", lambda w: _sessions(w).ask_open(), "Ctrl+Shift+O", rule=True),
+    Action("session.open", "Open session…", lambda w: _sessions(w).ask_open(), "Ctrl+Shift+O", rule=True),
     Action(
-        "session.rename", "Rename…", lambda w: _sessions(w).ask_rename(), "F2",
+        "session.rename", "Rename session…", lambda w: _sessions(w).ask_rename(), "F2",
         enabled=lambda w: _lists_sessions(w, "rename"),
     ),
     Action(
-        "session.save_copy", "Save a copy…", lambda w: _sessions(w).ask_copy(),
+        "session.save_copy", "Save a copy of the session…", lambda w: _sessions(w).ask_copy(),
         enabled=lambda w: _lists_sessions(w, "copy"),
     ),
     Action(
-        "session.review", "Review…", lambda w: _sessions(w).ask_review(),
+        "session.review", "Review a handed-in lesson…", lambda w: _sessions(w).ask_review(),
         enabled=lambda w: _lists_sessions(w, "review"),
     ),
     Action("session.folder", "Choose the folder for recordings…", lambda w: _sessions(w).ask_folder()),
     Action(
-        "session.record", "Record", lambda w: w.studio.recording.toggle(), "R",
+        "session.record", "Record a session", lambda w: w.studio.recording.toggle(), "R",
         enabled=lambda w: w.studio.recording.possible,
         checked=lambda w: w.studio.recording.progress is not None, rule=True,
     ),
@@ -214,7 +219,7 @@ _SESSION = (
         submenu="Replay",
     ),
     Action(
-        "session.export", "Export what is visible…", lambda w: w.export.ask(w.export.visible), "Ctrl+Shift+E",
+        "session.export", "Export visible samples…", lambda w: w.export.ask(w.export.visible), "Ctrl+Shift+E",
         enabled=_has_samples, submenu="Export",
     ),
     Action(
@@ -226,10 +231,10 @@ _SESSION = (
         enabled=lambda w: _has_samples(w) and not _replays(w), submenu="Export",
     ),
     Action(
-        "session.copy_picture", "Copy picture", lambda w: w.copy_picture(), "Ctrl+Alt+C",
+        "session.copy_picture", "Copy the plots as a picture", lambda w: w.copy_picture(), "Ctrl+Alt+C",
         enabled=lambda w: w.has_picture, submenu="Export",
     ),
-    Action("session.quit", "Quit", lambda w: w.quit(), "Ctrl+Q", rule=True),
+    Action("session.quit", "Quit Hapkit Studio", lambda w: w.quit(), "Ctrl+Q", rule=True),
 )  # fmt: skip
 
 
@@ -258,18 +263,25 @@ def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
 _PLOTS = (
     Action(
         "view.cursors",
-        "Cursors",
+        "Show cursors",
         lambda w: w.centre.toolbar.cursors.toggle(),
         checked=lambda w: w.centre.time.cursors.on,
     ),
-    Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
-    Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
+    Action("view.cursor_a", "Put cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
+    Action("view.cursor_b", "Put cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Keep the curves", lambda w: w.display.hold_traces(), "H", enabled=_shows_values),
     Action("view.hold_file", "Compare with a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
-    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
+    Action(
+        "view.live",
+        "Back to the live plots",
+        lambda w: w.display.go_live(),
+        "Backspace",
+        rule=True,
+        on_plots=True,
+    ),
     Action(
         "view.trigger",
-        "Trigger",
+        "Use the trigger",
         lambda w: w.centre.trigger.toggle(),
         "T",
         enabled=lambda w: not _replays(w),
@@ -279,7 +291,7 @@ _PLOTS = (
     Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger(), on_plots=True),
     Action(
         "view.lock",
-        "Lock axes",
+        "Lock the axes",
         lambda w: w.centre.view.set_locked(not w.centre.view.locked),
         "Y",
         checked=lambda w: w.centre.view.locked,
@@ -293,8 +305,8 @@ _PLOTS = (
         enabled=lambda w: w.centre.phase.felt.isEnabled(),
         checked=lambda w: w.centre.phase.felt.isChecked(),
     ),
-    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F", on_plots=True),
-    Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
+    Action("view.fit", "Fit the axes", lambda w: w.fit_axes(), "F", on_plots=True),
+    Action("view.grid", "Show grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
 )
 
 
@@ -310,19 +322,19 @@ _VIEW = (
     ),
     *(replace(action, submenu="Plots") for action in _PLOTS),
     Action(
-        "view.projector", "Projector", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
+        "view.projector", "Projector view", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
         checked=lambda w: w.projector.on, rule=True,
     ),
-    _value(0, "First value up", 1, "+", "="),
-    _value(0, "First value down", -1, "-"),
-    _value(1, "Second value up", 1, "Ctrl++", "Ctrl+="),
-    _value(1, "Second value down", -1, "Ctrl+-"),
+    _value(0, "Increase the first value", 1, "+", "="),
+    _value(0, "Decrease the first value", -1, "-"),
+    _value(1, "Increase the second value", 1, "Ctrl++", "Ctrl+="),
+    _value(1, "Decrease the second value", -1, "Ctrl+-"),
     Action(
-        "view.panel", "Panel", lambda w: w.toggle_panel(), "F4", enabled=_shows_values,
+        "view.panel", "Show panel", lambda w: w.toggle_panel(), "F4", enabled=_shows_values,
         checked=lambda w: w.panel_open,
     ),
     Action(
-        "view.single_keys", "Single-letter keys", lambda w: w.toggle_single_keys(),
+        "view.single_keys", "Use single-letter keys", lambda w: w.toggle_single_keys(),
         checked=lambda w: w.single_keys,
     ),
 )  # fmt: skip
@@ -346,7 +358,7 @@ _DEVICE = (
     Action("device.zero", "Set zero here", lambda w: w.studio.zero_here(), enabled=_may_set_up, rule=True),
     Action("device.flip", "Flip direction", lambda w: w.studio.flip_direction(), enabled=_may_set_up),
     Action(
-        "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
+        "device.reconnect", "Reconnect the device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
     Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
@@ -362,7 +374,8 @@ def _has_method(window: MainWindow) -> bool:
 
 _ENVIRONMENT = (
     Action(
-        "environment.reset", "Default values", lambda w: w.studio.reset_values(), enabled=_has_parameters,
+        "environment.reset", "Restore default values",
+        lambda w: w.studio.reset_values(), enabled=_has_parameters,
         rule=True,
     ),
     Action(
@@ -374,7 +387,7 @@ _ENVIRONMENT = (
         enabled=_has_parameters, submenu="Presets",
     ),
     Action(
-        "environment.restore_preset", "Restore preset", lambda w: w.presets.restore(),
+        "environment.restore_preset", "Restore the values of the preset", lambda w: w.presets.restore(),
         enabled=lambda w: bool(w.presets.different), submenu="Presets",
     ),
     Action(
@@ -385,7 +398,7 @@ _ENVIRONMENT = (
         "environment.import_preset", "Import preset…", lambda w: w.presets.bring(), submenu="Presets"
     ),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
-    Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
+    Action("environment.open", "Open environment…", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
     Action(
         "environment.law", "Switch between law and scene", lambda w: w.views.toggle_law(), "Ctrl+E",
@@ -404,15 +417,15 @@ _CLASSROOM = (
     Action(
         "teach.switch", "Store settings as A or B, then switch", _switch, "X",
         enabled=lambda w: _has_parameters(w) and w.studio.hidden not in (QUIZ, POINTING),
-        current_text=lambda w: "Switch" if w.studio.hidden else w.two.next_text,
+        current_text=lambda w: "Switch between A and B" if w.studio.hidden else w.two.next_text,
     ),
     Action(
         "teach.two_settings", "Compare settings A and B…", lambda w: w.blind.show_settings(),
         enabled=_shows_values,
     ),
     Action(
-        "teach.lock", "Lock…", lambda w: w.show_lock(), enabled=_shows_values,
-        current_text=lambda w: "Unlock…" if w.studio.permissions.lock.places else "Lock…",
+        "teach.lock", "Lock settings…", lambda w: w.show_lock(), enabled=_shows_values,
+        current_text=lambda w: "Unlock settings…" if w.studio.permissions.lock.places else "Lock settings…",
     ),
     Action(
         "teach.blind", "Compare A and B blind", lambda w: w.blind.begin(),
@@ -451,12 +464,12 @@ _TEACH = (
     Action("teach.open_demo", "Open demo…", lambda w: w.open_demo(), enabled=_may_play, rule=True),
     Action("teach.end_demo", "End demo", lambda w: w.demos.end(), enabled=lambda w: w.demos.demo is not None),
     _lesson_step("next", "Lesson: next step", 1, "Alt+Right"),
-    _lesson_step("back", "Lesson: step back", -1, "Alt+Left"),
+    _lesson_step("back", "Lesson: previous step", -1, "Alt+Left"),
 )  # fmt: skip
 
 
 _HELP = (
-    Action("help.first_steps", "First steps", lambda w: w.show_lesson(TOUR)),
+    Action("help.first_steps", "First steps: a tour of the window", lambda w: w.show_lesson(TOUR)),
     Action("help.lessons", "Lessons", lambda w: w.views.show("lessons"), "Ctrl+L"),
     Action("help.law", "Law language", lambda w: w.show_law_language()),
     Action("help.glossary", "Glossary", lambda w: w.show_help("glossary")),
@@ -465,5 +478,5 @@ _HELP = (
     Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K", rule=True),
     Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
-    Action("help.about", "About", lambda w: w.show_about(), rule=True),
+    Action("help.about", "About Hapkit Studio", lambda w: w.show_about(), rule=True),
 )

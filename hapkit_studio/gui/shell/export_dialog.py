@@ -43,13 +43,13 @@ class ExportDialog(FormDialog):
     def refresh(self) -> None:
         """Show the current settings of the sketch."""
         studio = self._studio
-        self.what.setText(f"{studio.environment.title}, as tuned in the panel")
+        self.what.setText(f"{studio.environment.title}, with the values of the panel")
         usual = sketch.usual_rate(studio.environment, studio.values)
-        self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
+        self.rates.setItemText(0, f"{usual:,} Hz, the usual rate of this environment")
         other = spec_on_board(studio.loop.estimator) != studio.loop.estimator
         name = estimators.parse(spec_on_board(studio.loop.estimator))[0].label
         self.velocity.setText(
-            f"{name}, in place of the loop's own estimator" if other else f"{name}, as in the loop"
+            f"{name}, instead of the estimator of the loop" if other else f"{name}, the same as in the loop"
         )
         self.show_limit()
 
@@ -57,7 +57,7 @@ class ExportDialog(FormDialog):
         """Show the stiffness limit of the sketch on its kit, and remarks on lines of the law that drift."""
         words, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
-        words = " ".join(["Not saved yet.", *filter(None, [words]), *remarks])
+        words = " ".join(["The sketch is not saved yet.", *filter(None, [words]), *remarks])
         self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
@@ -93,7 +93,8 @@ class ExportDialog(FormDialog):
             self.verdict.say(words, "triangle", "danger")
             return
         where = path.parent.parent
-        words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
+        saved = f"Saved {path.parent.name}/{path.name} in {where}."
+        words = f"{saved} Open the sketch in the Arduino IDE and upload it."
         limit, safe = self._limit()
         self.verdict.say(words if safe else f"{words} {limit}", *_SAVED[safe])
 
@@ -107,7 +108,7 @@ class ExportDialog(FormDialog):
     def _arrange(self) -> None:
         own = connected_kit(self._studio)
         if own is not None:
-            state = "as calibrated" if own.calibrated else "not calibrated"
+            state = "calibrated" if own.calibrated else "not calibrated"
             self.kits.addItem(f"Connected kit: {own.board.label}, {state}", own)
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, Kit(kit.board))
@@ -119,8 +120,8 @@ class ExportDialog(FormDialog):
             (
                 ("Environment", self.what, None),
                 ("Kit", self.kits, None),
-                ("Loop", self.rates, None),
-                ("Velocity", self.velocity, None),
+                ("Servo rate", self.rates, None),
+                ("Velocity estimate", self.velocity, None),
                 ("Serial monitor", self.prints, None),
             )
         )

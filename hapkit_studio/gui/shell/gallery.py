@@ -36,7 +36,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 # icon and text for each state of a file
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
-_LINES = {"foreign": "Not written by you", "broken": "Does not run yet", "checking": "Checking line by line…"}
+_LINES = {"foreign": "Not your own file", "broken": "Does not run yet", "checking": "Checking the file…"}
 _PENCIL, _RING, _LEAST = 30, 28, 120
 
 
@@ -54,7 +54,9 @@ class OwnRow(GalleryRow):
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
         self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # for the keyboard, the row's menu has this action
-        self.setAccessibleDescription("Use the menu key to edit, show or delete its file.")
+        self.setAccessibleDescription(
+            "Press the menu key to edit, show or delete the file of this environment."
+        )
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
         self.show_file(file)

@@ -24,10 +24,15 @@ NO_DELAY_MS = 2000
 """ms: the banner appears if forces were sent for this time without a measured delay."""
 STALE_SHOWN_MS = 2000
 """ms: the banner of a silent sensor stays for this time, so that it can be read and does not flicker."""
-_STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
+_STOPPED = (
+    "Stopped. Force is zero.",
+    "Press Release E-stop when nothing touches the handle.",
+    "Release E-stop",
+    "danger",
+)
 _WAITS = (
     "The motor is off until you press Render.",
-    "Environment and values come from the last start, a demo or a lesson. Check them first.",
+    "Check scene and values first: they come from the last start, a demo or a lesson.",
     "Render",
     "warn",
 )

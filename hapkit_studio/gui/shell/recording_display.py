@@ -72,9 +72,9 @@ class RecordingDisplay(QObject):
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
         if lost:
-            return f"{lost:,} samples not read", "triangle", "warn"
+            return f"{lost:,} samples were lost", "triangle", "warn"
         kept = self._recording.kept
-        return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
+        return (f"{paused}The last {_lasting(kept)} are kept" if kept else "",)
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()

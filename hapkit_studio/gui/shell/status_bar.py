@@ -17,13 +17,12 @@ CLAMP_SHOWN_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
 _MOST_MISSED = 1e-3  # the user does not feel missed ticks if they are below this fraction of recent ticks
-_JUMPS = "How often the board's clock went back, stopped or jumped ahead since the device was connected"
+_JUMPS = "How often the clock of the board jumped or stopped since the device was connected"
 _MISSED = (
-    "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
-    "device was connected"
+    "How often a force came too late or not at all, or USB data were lost, since the device was connected"
 )
 _LATE, _IN_TIME = "Loop late", "Loop on time"
-_CLAMP_WORDS = "Clamped at 8.8 N", "Force within 8.8 N", "Now +8.8 N, within 8.8 N"
+_CLAMP_WORDS = "Force cut to 8.8 N", "Force below 8.8 N", "Force +8.8 N, limit 8.8 N"
 _ENERGY_WORDS = ("The scene gave you 0.88 mJ of extra energy",)
 _PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
 
@@ -89,7 +88,7 @@ def rate_text(rate: float, nominal: float | None, on_board: bool) -> str:
     if nominal is None:
         return measured
     if on_board:
-        return f"Board {nominal:,.0f} Hz · telemetry {f'{rate:,.0f}' if rate else '–'} Hz"
+        return f"Force at {nominal:,.0f} Hz, data at {f'{rate:,.0f}' if rate else '–'} Hz"
     if _is_off(rate, nominal):
         return f"{rate:,.0f} of {nominal:,.0f} Hz"
     return measured
@@ -112,6 +111,7 @@ class StatusBar(QWidget):
         self.margin, self.energy = Field("Stability"), Field("Energy", longest=_ENERGY_WORDS)
         self.kept = Field("Record", edged=False)
         self.energy.link.setText("Switch controller on")
+        self.energy.link.setToolTip("Switch on the passivity controller, which adds damping as needed")
         names = "Servo rate", "Lateness", "Missed ticks", "Board's clock", "Computing time", "Priority"
         lines = self.rate, self.late, self.missed, self.jumps, self.compute, self.priority = [
             Field(name, edged=False, longest=_PRIORITY_WORDS * (name == "Priority")) for name in names
@@ -120,7 +120,9 @@ class StatusBar(QWidget):
         self.figures.setProperty("card", True)
         vbox(*(hbox(line, None) for line in lines), into=self.figures, margins=(14, 10, 14, 10), gap=6)
         self.figures.hide()
-        self.loop.link.setToolTip("Rate, lateness, missed ticks, computing time, priority")
+        self.loop.link.setToolTip(
+            "Show servo rate, lateness, missed ticks, computing time and priority of the loop"
+        )
         self.loop.link.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
         icons.bind(self.loop.link, "chevron_up", "ink2", 14)
         self.loop.link.clicked.connect(lambda: self.show_figures(self.figures.isHidden()))
@@ -169,7 +171,7 @@ class StatusBar(QWidget):
         """
         us = health.lateness_us
         self.rate.show_text(rate_text(health.rate, nominal, on_board), "", "ink")
-        self.late.show_text(f"Late: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
+        self.late.show_text(f"Lateness: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)
@@ -180,10 +182,12 @@ class StatusBar(QWidget):
         mark(self.loop.link, "ink", sign[1])
         self.loop.link.show()
         self.compute.setHidden(on_board or math.isnan(compute))
-        self.compute.show_text(f"Computing {number(1e6 * compute, 1)} µs")
-        self.missed.show_text(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
+        self.compute.show_text(f"Computing the force took {number(1e6 * compute, 1)} µs")
+        self.missed.show_text(
+            f"Missed ticks: {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2"
+        )
         jumps = health.link.clock_jumps
-        self.jumps.show_text(f"Board's clock jumps {jumps:,}, corrected", "triangle", "warn")
+        self.jumps.show_text(f"The board's clock jumped {jumps:,} times (corrected)", "triangle", "warn")
         self.jumps.setVisible(jumps > 0)
         priority = health.priority
         words = f"{priority.text}, late up to {late(us['max'])}."
@@ -203,10 +207,12 @@ class StatusBar(QWidget):
         if clamped:
             self._clamped_until = now + CLAMP_SHOWN_S
         if now < self._clamped_until:
-            self.clamp.show_text(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
+            self.clamp.show_text(f"Force cut to {number(limit, 1)} N", "triangle", "warn")
         else:
-            now_acts = "Force within" if acting is None else f"Now {number(acting, 1, sign=True)} N, within"
-            self.clamp.show_text(f"{now_acts} {number(limit, 1)} N", "circle")
+            words = f"Force below {number(limit, 1)} N"
+            if acting is not None:
+                words = f"Force {number(acting, 1, sign=True)} N, limit {number(limit, 1)} N"
+            self.clamp.show_text(words, "circle")
 
     def show_margin(self, words: str, sign: str, token: str) -> None:
         """Show the verdict on stability with a colour token and a sign, which may be ""."""

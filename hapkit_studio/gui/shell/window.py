@@ -305,7 +305,7 @@ class MainWindow(QMainWindow):
         try:
             self.demos.play(read_demo(path, self.studio.environments))
         except ParameterError as error:
-            text_dialog(f"{Path(path).name}: nothing was played", str(error).splitlines(), self).show()
+            text_dialog(f"{Path(path).name}: no demo was played", str(error).splitlines(), self).show()
             return
         self.views.show(LIVE)
         self.live.set_paused(False)

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.priority import Priority
 
 HAND_KEYS = (
-    ("Hand 1 mm left, right", "← →"),
-    ("Hand 0.1 mm left, right", "Shift+← →"),
+    ("Move the hand by 1 mm", "← →"),
+    ("Move the hand by 0.1 mm", "Shift+← →"),
     ("Let go of the handle", "↓"),
-    ("Slider, number: one step", "← → ↑ ↓"),
-    ("Slider, number: ten steps", "Page Up, Page Down"),
-    ("Slider, number: limits", "Home, End"),
-    ("Time plots: zoom, move", "Wheel, drag"),
-    ("Time plots: zoom into values", "Ctrl+wheel"),
-    ("Code: the law language", "F1"),
+    ("Change a slider or number by one step", "← → ↑ ↓"),
+    ("Change a slider or number by ten steps", "Page Up, Page Down"),
+    ("Set a slider or number to a limit", "Home, End"),
+    ("Zoom and move the time plots", "Wheel, drag"),
+    ("Zoom the values in the time plots", "Ctrl+wheel"),
+    ("Explain the law language (in the code)", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
 _LONGEST = 40  # maximum number of letters of a marker; a longer text has no space beside its divider
@@ -93,7 +93,7 @@ class KeysDialog(TextDialog):
 
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
     """Return the dialog that shows the loop's real-time priority and how to raise it."""
-    more = found.how or "This system allows no more."
+    more = found.how or "This system allows no higher priority."
     return text_dialog("Real-time priority", [f"The loop runs with: {found.text}.", more], parent)
 
 
@@ -107,7 +107,7 @@ class MarkerDialog(WordsDialog):
     """Adds a marker. The marker's time is the time at which the dialog was opened."""
 
     def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
-        super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)
+        super().__init__("Marker", "A few words (optional)", _LONGEST, self._note, parent)
         self._recording, self._live, self._time = recording, live, live.history.now
 
     def _note(self, text: str) -> None:

@@ -10,8 +10,11 @@ from hapkit_studio.gui.state.lock import Lock, Place
 LOCKED, BY_LESSON = "Locked by the instructor", "Locked by the lesson"
 BY_LAB = "Locked on this computer"
 HIDDEN_BY_LESSON = "Hidden by the lesson"
-BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
-POINTING, THRESHOLD = "Hidden during the pointing experiment", "Hidden during the threshold experiment"
+BLIND, QUIZ = "Values are hidden during the blind comparison", "Values are hidden during the quiz"
+POINTING, THRESHOLD = (
+    "Values are hidden during the pointing experiment",
+    "Values are hidden during the threshold experiment",
+)
 """The reasons for hiding values during experiments."""
 BARE_SCENE = (BLIND, POINTING, THRESHOLD)
 """With these reasons for hiding values, the scene shows only the handle."""

@@ -68,7 +68,9 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
     table = load(path)
     key = table.pop("environment", None)
     if not isinstance(key, str) or key not in environments:
-        raise PresetError([f"{path.name} is not a preset of an installed environment: {quoted(key)}."])
+        raise PresetError(
+            [f"{path.name} is a preset for {quoted(key)}, which is not an installed environment."]
+        )
     return checked(table, environments[key])
 
 
@@ -82,7 +84,9 @@ def load(path: Path) -> dict[str, Any]:
 
 def checked(table: dict[str, Any], environment: Environment) -> Settings:
     """Return the settings of a table; raise PresetError with all its errors."""
-    wrong = [f"A preset has no entry {quoted(key)}." for key in table if key not in ("values", "loop")]
+    wrong = [
+        f"A preset cannot have the entry {quoted(key)}." for key in table if key not in ("values", "loop")
+    ]
     settings: Settings = {ENVIRONMENT: environment.key}
     known = {p.key: p for p in environment.parameters}
     given: dict[str, float] = {}

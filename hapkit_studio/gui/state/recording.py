@@ -140,7 +140,9 @@ class Recording(QObject):
             self.newest = _written(progress.path)
             why = progress.error
             if self.newest is None:
-                why = f"{why} Save the last 10 minutes (Ctrl+Shift+S) still saves the buffered data."
+                why = (
+                    f"{why} The samples are still in memory: choose Save the last 10 minutes (Ctrl+Shift+S)."
+                )
             self.failed.emit(f"Recording stopped at {clock(progress.seconds)}.", why)
         self.changed.emit()
 

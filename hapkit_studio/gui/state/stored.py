@@ -63,7 +63,7 @@ class StoredSettings(QSettings):
 
         def check(value: object) -> bool:
             if not isinstance(value, QByteArray) or not restore(value):
-                raise FileError(f"{name} holds no geometry of a window.")
+                raise FileError(f"The stored size of the window ({name}) is damaged.")
             return True
 
         return self.read(name, False, check)
@@ -72,7 +72,11 @@ class StoredSettings(QSettings):
         """Return a line about all rejected settings; "" if there are none or this line was shown before."""
         reasons = list(self.rejected.values())
         words = (
-            reasons[0] if len(reasons) == 1 else f"Not used: {', '.join(self.rejected)}." if reasons else ""
+            reasons[0]
+            if len(reasons) == 1
+            else f"These settings are not used: {', '.join(self.rejected)}."
+            if reasons
+            else ""
         )
         words = words if len(words) <= _LONGEST else f"{words[:_LONGEST]}…"
         if words == self.value(_LAST_NOTICE, ""):

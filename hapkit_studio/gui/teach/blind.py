@@ -22,18 +22,22 @@ if TYPE_CHECKING:
     from hapkit_studio.environments.base import Values
 
 _ABOUT = (
-    "One of the two is A, the other is B. They are shuffled after each answer. Plots and values "
-    "are hidden: judge by what you feel or, with the mouse, by how the handle moves. X switches "
-    "between 1 and 2 as often as you like."
+    "Setting 1 and setting 2 are A and B in random order. The order changes after each answer. Plots "
+    "and values are hidden: judge by what you feel or, with the mouse, by how the handle moves. The key "
+    "X switches between setting 1 and setting 2 as often as you like."
 )
 
-_OTHERS = "The demo has ended. A and B belong to its environment."
+_OTHERS = "The demo has ended. A and B cannot be compared: they belong to the environment of the demo."
 
 
 def score(right: int, answers: int) -> str:
     """Describe how many answers were right, and the score to expect from guessing."""
     guessed = number(answers / 2.0, answers % 2)
-    return f"{right} of {answers} right; guessing gives {guessed}." if answers else "No answer was given."
+    return (
+        f"{right} of {answers} answers are right. Guessing would give {guessed}."
+        if answers
+        else "No answer was given."
+    )
 
 
 class BlindPage(Page):
@@ -53,7 +57,7 @@ class BlindPage(Page):
         self.right = self.answers = self.shown = 0
         self._order = [0, 1]
         self.sign, self.count = label(role="verdict"), label(role="hint", wrap=False)
-        self.switch, self.end_button = QPushButton("Switch"), QPushButton("Show the score")
+        self.switch, self.end_button = QPushButton("Switch"), QPushButton("End and show score")
         self.choices = [QPushButton(f"{place}") for place in (1, 2)]
         for button in self.choices:
             button.setAccessibleName(f"Answer: {button.text()}")
@@ -95,12 +99,12 @@ class BlindPage(Page):
 
     def _render(self) -> None:
         self._studio.hide_values(self._values[self._order[self.shown]], self.reason)
-        self.sign.setText(f"{self.shown + 1} is active")
+        self.sign.setText(f"Setting {self.shown + 1} is active")
         self.count.setText(self.count_text())
 
     def count_text(self) -> str:
         """Return a text with the number of answers so far."""
-        return f"Answers: {self.answers}"
+        return f"Answers so far: {self.answers}"
 
     def _ask(self) -> tuple[int, str]:
         """Return the index of the right answer, and the question to the user.
@@ -111,8 +115,8 @@ class BlindPage(Page):
         differ = [p for p in self._studio.environment.parameters if a[p.key] != b[p.key]]
         if len(differ) == 1 and isinstance(differ[0], Parameter):
             more = int(b[differ[0].key] > a[differ[0].key])
-            return more, f"Which has more {differ[0].label.lower()}?"
-        return 0, "Which is A?"
+            return more, f"Which setting has more {differ[0].label.lower()}?"
+        return 0, "Which setting is A?"
 
     def _arrange(self) -> None:
         card = QFrame()

@@ -16,7 +16,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
 HEIGHT = 68
-_NO_HAND = "A board has no virtual hand: only settings and captions play"
+_NO_HAND = "A board has no virtual hand, so the demo changes settings and captions only"
 _RATE = "loop", "rate"
 
 
@@ -167,7 +167,7 @@ class CaptionBar(QWidget):
         self.title.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.leave = QPushButton("End demo")
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.leave.setToolTip("End the demo. Your settings come back, as they do when you take the handle")
+        self.leave.setToolTip("End the demo and restore your settings. Taking the handle does the same")
         self.leave.clicked.connect(player.end)
         texts = vbox(None, self.words, self.note, None)
         beside = vbox(None, self.title, self.leave, None, gap=4)

@@ -157,7 +157,9 @@ def _path(given: object, at: float) -> Path_:
 def _check_keys(table: Mapping[str, Any], known: Iterable[str], what: str) -> None:
     for key in table:
         if key not in known:
-            raise ParameterError(f"A {what} has no entry {quoted(key)}; its entries are: {', '.join(known)}.")
+            raise ParameterError(
+                f"A {what} cannot have the entry {quoted(key)}. Possible entries: {', '.join(known)}."
+            )
 
 
 def _table(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -170,5 +172,5 @@ def _table(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
 def _text(table: Mapping[str, Any], name: str, longest: int) -> str:
     found = table.get(name)
     if not isinstance(found, str) or len(found) > longest or not found.isprintable():
-        raise ParameterError(f"{name} must be one line of at most {longest} letters, not {quoted(found)}.")
+        raise ParameterError(f"{name} must be one line of at most {longest} characters, not {quoted(found)}.")
     return found

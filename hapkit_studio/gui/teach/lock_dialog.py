@@ -12,8 +12,8 @@ from hapkit_studio.gui.widgets.dialogs import FormDialog
 from hapkit_studio.gui.widgets.theme import theme
 
 _LOCK = (
-    "Tick the settings that nobody may change until the code is entered. E-stop, faults, the "
-    "choice of device and students' own laws are never locked."
+    "Tick the settings to be locked. Nobody can change them until the code is entered. The E-stop, faults, "
+    "the choice of device and students' own laws are never locked."
 )
 _UNLOCK = "Enter the code to unlock all settings."
 _LOW, _ROW = 160, 24  # px: minimum height of the list, and height of a row
@@ -27,7 +27,7 @@ class LockDialog(FormDialog):
         super().__init__("Lock" if self._open else "Unlock", _LOCK if self._open else _UNLOCK, parent)
         self._studio, self._settings = studio, settings
         self.places = QListWidget()
-        self.places.setAccessibleName("What is locked")
+        self.places.setAccessibleName("Settings to be locked")
         self.places.setMinimumHeight(theme.px(_LOW))
         self.code, self.again = (QLineEdit(echoMode=QLineEdit.EchoMode.Password) for _ in range(2))
         self.others = QPushButton("Tick all other environments")
@@ -39,7 +39,7 @@ class LockDialog(FormDialog):
                 row.setSizeHint(QSize(0, theme.px(_ROW)))
                 row.setCheckState(Qt.CheckState.Unchecked)
             self.column.addWidget(self.places)
-        fields = [("Code", self.code, None), ("Code again", self.again, None)]
+        fields = [("Code", self.code, None), ("Repeat the code", self.again, None)]
         self.add_fields(fields if self._open else fields[:1])
         self.add_verdict(1)
         self.add_buttons(self.confirm, left=[self.others] if self._open else [])
@@ -79,7 +79,7 @@ class LockDialog(FormDialog):
         elif not self.code.text():
             words = "Enter a code first."
         elif self._open and self.code.text() != self.again.text():
-            words = "The codes differ."
+            words = "The two codes differ: enter the same code twice."
         self.confirm.setEnabled(not words)
         self.verdict.say(words)
 
@@ -90,7 +90,9 @@ class LockDialog(FormDialog):
         if self._studio.permissions.lock.opens(self.code.text()):
             self._put(Lock())
         else:
-            self.verdict.say("That is not the code.", "triangle", "warn")
+            self.verdict.say(
+                "The code is wrong. Enter the code that was used to lock the settings.", "triangle", "warn"
+            )
 
     def _put(self, lock: Lock) -> None:
         self._settings.setValue(ENTRY, lock.text())

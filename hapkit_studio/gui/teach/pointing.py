@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 TITLE = "Pointing with friction"
 _ABOUT = (
-    "Move to a target as fast as you can while you still hit it. Friction is rendered with "
-    "different strengths or by different models, in random order and hidden from you. "
-    "Every trial is recorded. Stop at any time: what was measured until then is evaluated."
+    "Move the handle to a target as fast as you can, but hit the target. The handle has friction of "
+    "different strengths or of different models, in random order and hidden from you. Every trial is "
+    "recorded. You can stop at any time: the trials until then are evaluated."
 )
 _HOW = (
-    "Hold the handle in the range named start until the target appears. Then move into the target "
-    "at once and stop there. A trial ends when the handle rests. With the mouse, keep the button "
-    "pressed."
+    "Hold the handle in the range named start until the target appears. Then move the handle into the "
+    "target at once and stop there. A trial ends when the handle is at rest. With the mouse, keep the "
+    "button pressed."
 )
-_SETS = (("None, low and high friction", CONDITIONS), ("No friction and every model", BY_MODEL))
+_SETS = (("No, low and high friction", CONDITIONS), ("No friction and all friction models", BY_MODEL))
 _ROUNDS = (1, 2, ROUNDS, 8)
 
 
@@ -152,7 +152,7 @@ class PointingPage(Page):
         middle = target.middle if self.run.going else target.start
         name, token = ("target", "ok") if self.run.going else ("start", "accent")
         self._scene.set_zone(Zone(middle - half, middle + half, name, token))
-        words = "Go!" if self.run.going else "Hold the start"
+        words = "Go!" if self.run.going else "Hold the handle in the start range"
         if self._studio.stopped:
             words = f"{'Press Render' if self._studio.waits_for_render else 'Release the E-stop'} to continue"
         self.sign.setText(words)
@@ -173,7 +173,7 @@ class PointingPage(Page):
         self.sign.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.last.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.bar.setTextVisible(False)
-        self.bar.setAccessibleName("Trials done")
+        self.bar.setAccessibleName("Progress of the trials")
         middle = hbox(None, self.count, None)
         vbox(None, self.sign, middle, self.bar, self.last, None, into=card, margins=(40, 16, 40, 16), gap=14)
         self.column.addWidget(card)
@@ -255,10 +255,13 @@ def show_results(done: list[pointing.Trial], name: str, window: QWidget) -> None
         return
     lines = pointing.evaluate(done)
     words = [
-        f"Movement time MT = a + b·ID over the index of difficulty, with 95 % intervals. {len(done)} trials."
+        f"Movement time MT = a + b·ID, where ID is the index of difficulty of a target. The intervals "
+        f"contain the true values with 95 % probability. Trials: {len(done)}."
     ]
     if name:
-        words.append(f"Recorded in {name}: hapkit-studio experiment pointing evaluates it again.")
+        words.append(
+            f"The trials are recorded in {name}. `hapkit-studio experiment pointing` evaluates them again."
+        )
     ResultDialog(
         TITLE, words, lambda figure, c: draw_pointing(figure, c, lines), pointing_columns(), lines, window
     ).show()

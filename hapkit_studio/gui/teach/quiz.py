@@ -33,10 +33,10 @@ They are perceptible, and below the stability limit.
 """
 DRAWS = 20
 _ABOUT = (
-    "A hidden value is rendered. Find it by feel and with the plots and their cursors. Other "
-    "settings are locked until you finish. Then your settings come back."
+    "The scene has a hidden value. Estimate this value by feel, with the plots and with their cursors. "
+    "Other settings are locked until you close the quiz. Then your settings come back."
 )
-_NONE = "No stable value was found for this loop and grip. Close this and choose a shorter delay."
+_NONE = "No stable value was found for this loop and grip. Close the quiz and choose a shorter delay."
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
@@ -89,7 +89,9 @@ class QuizSide(SidePanel):
         self.errors: list[float] = []
         self.quantity = Quantity(parameter)
         self.box, self.answer, self.count = NumberBox(self.quantity), AnswerLine(), hint()
-        self.show_true, self.more, self.leave = map(QPushButton, ("Reveal", "Next value", "Close"))
+        self.show_true, self.more, self.leave = map(
+            QPushButton, ("Show true value", "Next value", "Close quiz")
+        )
         self.job = Job(self, needs="verdict")
         self._arrange()
         self.job.running_changed.connect(self._offer)
@@ -122,7 +124,7 @@ class QuizSide(SidePanel):
             return
         error, words = comparison(self.quantity, guess, true * self.quantity.factor)
         self.errors.append(abs(error))
-        self.count.setText(f"Tries: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
+        self.count.setText(f"Estimates: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
         self.answer.say(words)
         self._true = None
         self._offer()
@@ -134,7 +136,7 @@ class QuizSide(SidePanel):
         self._true = value
         self._studio.hide_values({**self._asked.values, self._parameter.key: value}, QUIZ)
         self.box.show_value(0.0)
-        self.answer.say(f"Find the {self._parameter.label.lower()}.")
+        self.answer.say(f"Estimate the hidden {self._parameter.label.lower()}.")
         self._offer()
 
     def _offer(self) -> None:
@@ -144,7 +146,7 @@ class QuizSide(SidePanel):
             part.setEnabled(self._true is not None)
 
     def _arrange(self) -> None:
-        name, row = label(f"{self._parameter.label}, your estimate"), QWidget()
+        name, row = label(f"Your estimate of {self._parameter.label.lower()}"), QWidget()
         name.setBuddy(self.box)
         self.box.setAccessibleName(f"{name.text()} in {self.quantity.unit}")
         self.box.setFixedWidth(BOX_WIDE)

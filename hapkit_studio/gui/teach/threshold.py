@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 TITLE = "Just-noticeable difference"
 _ABOUT = (
-    "The value set now is compared with a larger one, in random order. Say which has more. The "
-    "difference becomes smaller after three right answers and larger after a wrong one. After twelve "
-    "turns, about 60 answers, the smallest difference that you notice is known. Every answer is "
-    "recorded. Use a real Hapkit: a simulated one can only be judged by sight."
+    "You compare the value set now with a larger value, in random order, and say which is larger. The "
+    "difference becomes smaller after three right answers and larger after a wrong answer. After about 60 "
+    "answers, the smallest difference that you notice is known (the just-noticeable difference). Every "
+    "answer is recorded. Use a real Hapkit, because a simulated Hapkit can only be judged by sight."
 )
 _HOW = (
-    "Feel 1 and 2, as often as you like: X switches between them. Then say which has more. If you are "
-    "not sure, guess."
+    "Feel setting 1 and setting 2 as often as you like: the key X switches between them. Then press the "
+    "number of the setting that has more. If you are not sure, guess."
 )
 _LEAST_ROOM = 0.1  # smallest useful first step, as a fraction of the base value
 _NONE = "This environment has no stiffness, damping or force that can be raised by 10 %."
@@ -69,7 +69,7 @@ class ThresholdDialog(FormDialog):
             quantity = Quantity(one)
             words = f"{one.label}, {quantity.text(studio.values[one.key] * quantity.factor)} {quantity.unit}"
             self.parameter.addItem(words, one)
-        self.add_fields([("Compare", self.parameter, None)])
+        self.add_fields([("Compared value", self.parameter, None)])
         self.add_verdict(1)
         self.add_buttons(self.start)
         self.start.setDefault(True)
@@ -124,7 +124,7 @@ class ThresholdPage(BlindPage):
 
     def count_text(self) -> str:
         turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
-        return f"Answers: {self.answers}. Turns: {turns} of {discrimination.REVERSALS}."
+        return f"Answers: {self.answers}. Changes of direction: {turns} of {discrimination.REVERSALS}."
 
 
 class ThresholdExperiment(QObject):
@@ -182,9 +182,9 @@ class ThresholdExperiment(QObject):
         words = [threshold_text(found)]
         if not page.stairs.finished:
             count = len(page.found)
-            words.append(f"Stopped after {count} answer{'s' * (count != 1)}: the interval is wide.")
+            words.append(f"You stopped after {count} answer{'s' * (count != 1)}, so the result is uncertain.")
         if name:
-            words.append(f"Recorded in {name}: What it needs can use this threshold.")
+            words.append(f"The answers are recorded in {name}. Speed and accuracy can use this threshold.")
         ResultDialog(
             TITLE, words, lambda figure, c: draw_threshold(figure, c, found), parent=self._window
         ).show()

@@ -6,7 +6,7 @@ WORDS = {
         "answers where the handle was, so a stiff wall begins to buzz."
     ),
     "Bode": (
-        "A chart of how much force a motion meets, and with what delay, at each frequency. A "
+        "A chart that shows, for each frequency of motion, how strong the force is and how late. A "
         "rendered wall is stiff for slow motions only: above some frequency it is soft or gives "
         "energy."
     ),
@@ -27,7 +27,7 @@ WORDS = {
     ),
     "E-stop": ("Sets the force to zero at once. The force stays zero until you release the E-stop."),
     "Estimator": (
-        "The method that computes the speed from measured positions. The smoother the speed, the later it is."
+        "The method that computes the speed from measured positions. A smoother estimate comes later."
     ),
     "Fault": ("A safety check has failed, and the force is zero. It stays zero until you clear the fault."),
     "Grows": (
@@ -35,7 +35,7 @@ WORDS = {
         "energy than friction and damping take away."
     ),
     "Impedance": (
-        "How much force a motion meets: stiffness, damping and mass together. A free handle has a "
+        "How much force is needed for a motion: stiffness, damping and mass together. A free handle has a "
         "low impedance, a wall has a high one."
     ),
     "Kalman": (
@@ -60,8 +60,8 @@ WORDS = {
         "more than it received, the controller adds just enough damping."
     ),
     "Quantization": (
-        "The sensor measures in steps and cannot see between them. A speed computed from these "
-        "steps jumps, so with damping the handle rattles."
+        "The sensor measures the position in small steps. A speed computed from these steps jumps, so with "
+        "damping the handle rattles."
     ),
     "Rendering": (
         "Computing the force of a virtual environment and making the motor push with it. The "

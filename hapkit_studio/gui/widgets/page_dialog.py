@@ -20,7 +20,7 @@ class PageDialog(TextDialog):
     ):
         """``text`` is Markdown without the page's title."""
         super().__init__(title, parent)
-        self.field = QLineEdit(placeholderText="Find in this page; Enter: next place")
+        self.field = QLineEdit(placeholderText="Find a word in this page")
         self.field.setAccessibleName("Find in this page")
         self.page = QTextBrowser()
         self.page.setAccessibleName(title)

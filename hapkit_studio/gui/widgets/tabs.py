@@ -22,7 +22,7 @@ class Tabs(QTabBar):
         self.kept: object = None
         self.more = QPushButton("More", self)
         self.more.setAccessibleName("More views")
-        self.more.setToolTip("Views that do not fit into the header")
+        self.more.setToolTip("Show the views that do not fit into the header")
         self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.more.setProperty("flat", True)
         self.more.setLayoutDirection(Qt.LayoutDirection.RightToLeft)

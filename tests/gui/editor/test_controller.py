@@ -176,7 +176,7 @@ def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     window.editor.save()
     assert window.editor.message.words.text() == "Checking the law line by line…"
     assert window.editor.message.busy.isVisible()
-    assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
+    assert window.gallery.own_rows[window.editor.path].summary == "Checking the file…"
     QTest.keyClicks(window.editor.page.code, "#")
     window.own.runner.finished.emit((read(window.editor.path), failed("this is wrong", 3)))
     assert not window.editor.message.busy.isVisible()

@@ -100,7 +100,7 @@ def test_the_history_equals_the_ring_and_a_hidden_window_only_drains_it(window, 
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
     window.record_display.show_state()
-    assert window.status.kept.words.text() == "12 samples not read"
+    assert window.status.kept.words.text() == "12 samples were lost"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
     window.live.set_hidden(True)
@@ -198,7 +198,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
         window.display.show_health(studio.engine.health())
         live.tick()
         said = bar.clamp.words.text()
-        return re.fullmatch(r"Now −[2-3]\.\d N, within 3\.0 N|Clamped at 3\.0 N", said) is not None
+        return re.fullmatch(r"Force −[2-3]\.\d N, limit 3\.0 N|Force cut to 3\.0 N", said) is not None
 
     qtbot.waitUntil(clamp_says_it)  # the force changes continuously, because the handle moves into the wall
     assert said() == standing
@@ -257,8 +257,9 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     qtbot.keyClick(link, Qt.Key.Key_Return)
     assert all(field.isVisible() for field in figures)
     assert [field.words.text() for field in (*figures, bar.compute)] == [
-        "1,000 Hz", "Late: 99 % below 0.09 ms, worst 4.00 ms", "Missed 0", "Real-time priority (FIFO 80)",
-        "Computing 3.1 µs",
+        "1,000 Hz", "Lateness: 99 % below 0.09 ms, worst 4.00 ms", "Missed ticks: 0",
+        "Real-time priority (FIFO 80)",
+        "Computing the force took 3.1 µs",
     ]  # fmt: skip
     assert bar.priority.link.isHidden()
     assert link.nextInFocusChain() is bar.priority.link
@@ -289,11 +290,11 @@ def test_a_refused_priority_shows_the_lateness_and_a_remedy(bar, qtbot):
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health(priority=refused, missed=3, missed_lately=1, link=LINK))
     assert bar.priority.words.text() == "Normal priority, late up to 4.00 ms."
-    assert bar.missed.words.text() == "Missed 5"
+    assert bar.missed.words.text() == "Missed ticks: 5"
     bar.show_figures(True)
     assert bar.jumps.isHidden()
     bar.show_health(health(link=SimpleNamespace(lost_frames=0, clock_jumps=3)))
-    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (True, "Board's clock jumps 3, corrected")
+    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (True, "The board's clock jumped 3 times (corrected)")
     with qtbot.waitSignal(bar.how_to_fix, timeout=PATIENCE_MS):
         bar.priority.link.click()
 
@@ -302,16 +303,16 @@ def test_the_clamp_light_stays_on_for_half_a_second(bar, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force within 3.0 N"
+    assert bar.clamp.words.text() == "Force below 3.0 N"
     bar.show_clamp(True, 3.0)
     clock[0] += 0.49
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Clamped at 3.0 N"
+    assert bar.clamp.words.text() == "Force cut to 3.0 N"
     clock[0] += 0.02
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force within 3.0 N"
+    assert bar.clamp.words.text() == "Force below 3.0 N"
     bar.show_clamp(False, 3.0, -1.26)
-    assert bar.clamp.words.text() == "Now −1.3 N, within 3.0 N"
+    assert bar.clamp.words.text() == "Force −1.3 N, limit 3.0 N"
 
 
 def test_fields_are_hidden_completely_and_the_clamp_light_never(bar, qapp):
@@ -337,4 +338,4 @@ def test_the_arrow_shows_clamping_of_its_row_and_the_light_of_the_whole_frame(wi
         row[rows.FLAGS] = flags
         window.display.show_frame(row, True)
         assert window.centre.scene._motion.clamped == barred
-        assert window.status.clamp.words.text() == "Clamped at 3.0 N"
+        assert window.status.clamp.words.text() == "Force cut to 3.0 N"

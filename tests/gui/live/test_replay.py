@@ -440,7 +440,7 @@ def test_replay_and_blind_comparison_exclude_each_other(kept_idle_window, qtbot,
     window.blind.begin()
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
     assert (replay.history, bool(studio.hidden), page.replay.isEnabled()) == (None, True, False)
-    assert window.banners.get("replay").text == "Hidden during the blind comparison."
+    assert window.banners.get("replay").text == "Values are hidden during the blind comparison."
     window.blind.page.finish()
     window.banners.set("replay", None)
     opened(window, qtbot, home / "a.hapkit")

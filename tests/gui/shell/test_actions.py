@@ -87,7 +87,7 @@ def test_space_never_presses_a_focused_button(shown):
         shown.header.stop,
         shown.loop.fold,
         shown.panel.title.help,
-        shown.panel.parameters.rows["damping_mode"].picker.button(1),
+        shown.panel.parameters.rows["side"].picker.button(1),
     ]
     clicks = []
     for button in buttons:

@@ -27,7 +27,7 @@ def sheet(window):
 def test_it_writes_the_panels_values_at_the_time_of_saving(window, sheet, tmp_path):
     window.studio.choose("wall")
     window.studio.set_values({"stiffness": 430.0})
-    assert sheet.what.text() == "Wall, as tuned in the panel"
+    assert sheet.what.text() == "Wall, with the values of the panel"
     assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * breakpoints.BANNER_HEIGHT
     sheet.write(str(tmp_path / "mine.ino"))
     text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
@@ -59,10 +59,10 @@ def test_kit_and_printing_can_be_chosen(window, sheet):
 
 def test_an_unsupported_estimator_is_replaced_with_a_message(window, sheet):
     window.studio.set_loop(estimator="foaw")
-    assert "Kalman filter, in place of" in sheet.velocity.text()
+    assert "Kalman filter, instead of" in sheet.velocity.text()
     assert "alpha-beta" in sheet.text()
     window.studio.set_loop(estimator="difference")
-    assert sheet.velocity.text().endswith(", as in the loop")
+    assert sheet.velocity.text().endswith(", the same as in the loop")
     assert "ifference" in sheet.velocity.text()
 
 
@@ -101,5 +101,5 @@ def test_the_connected_board_is_first_with_its_calibration(window, monkeypatch):
     monkeypatch.setattr("hapkit_studio.gui.shell.export_dialog.connected_kit", lambda studio: kit)
     window.show_export()
     sheet = window.findChildren(ExportDialog)[-1]
-    assert sheet.kits.currentText() == "Connected kit: Hapkit short, as calibrated"
+    assert sheet.kits.currentText() == "Connected kit: Hapkit short, calibrated"
     assert "kZero = 0" in sheet.text()

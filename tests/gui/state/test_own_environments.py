@@ -43,7 +43,7 @@ def test_a_foreign_file_runs_only_after_its_source_was_shown(home, make_window, 
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
     window = make_window()
     row, source = window.gallery.own_rows[path], window.editor.editor.source
-    assert (row.title, row.summary, row.picture) == ("Ada's spring", "Not written by you", "lock")
+    assert (row.title, row.summary, row.picture) == ("Ada's spring", "Not your own file", "lock")
     QTest.mouseClick(row, Qt.MouseButton.LeftButton)
     assert source.isVisible()
     assert source.code.toPlainText() == path.read_text(encoding="utf-8")
@@ -198,7 +198,7 @@ def test_endless_and_binary_files_do_no_harm(home, window):
     window.gallery.own_rows[other].click()
     assert window.studio.environment.key == "wall"
     window.own.choose(path)
-    assert window.gallery.own_rows[path].summary == "Checking line by line…"
+    assert window.gallery.own_rows[path].summary == "Checking the file…"
     window.own.runner.end()
 
 

@@ -152,7 +152,7 @@ def test_a_law_that_cannot_be_compiled_gives_a_message(window, compiler, forced)
     compiler.die()
     for _ in range(2):
         QTest.mouseClick(window.gallery.rows["detents"], Qt.MouseButton.LeftButton)
-        assert words(window, "detents") == "Its law cannot be compiled"
+        assert words(window, "detents") == "The law cannot be compiled"
         assert window.gallery.rows["wall"].isChecked()
     assert forced == []
 

@@ -140,7 +140,7 @@ def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, 
     monkeypatch.setattr(window.studio.recording._recorder, "kept", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
-    assert window.status.kept.words.text() == f"Last {said} kept"
+    assert window.status.kept.words.text() == f"The last {said} are kept"
 
 
 def test_earlier_data_is_saved_during_a_recording(window, qtbot):

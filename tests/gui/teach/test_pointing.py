@@ -100,7 +100,7 @@ def test_an_e_stop_restarts_the_trial(pointed, qtbot):
     assert not page.run.going
     assert page.sign.text() == "Release the E-stop to continue"
     window.studio.release_stop()
-    assert page.sign.text() == "Hold the start"
+    assert page.sign.text() == "Hold the handle in the start range"
     assert page.run.target == TARGETS[0]
 
 

@@ -167,8 +167,8 @@ def test_actions_that_would_show_or_change_the_value_are_refused_in_one_line(ask
     press(window, "X")
     assert window.two.stored == []
     for refused, line in (
-        (lambda: window.views.show("sessions"), "Hidden during the quiz."),
-        (lambda: studio.choose("spring"), "Spring: hidden during the quiz."),
+        (lambda: window.views.show("sessions"), "Values are hidden during the quiz."),
+        (lambda: studio.choose("spring"), "Spring: values are hidden during the quiz."),
     ):
         refused()
         assert window.banners.get("undo").text == line
@@ -237,7 +237,10 @@ def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
     """One estimate is half the value, one is right: errors of 50 % and 0 % have a mean of 25 %."""
     window, studio, side = asked, asked.studio, asked.quiz.side
     before, undone = settings_of(studio), window.history.stack.count()
-    for share, count in ((0.5, "Tries: 1. Mean error: 50.0 %."), (1.0, "Tries: 2. Mean error: 25.0 %.")):
+    for share, count in (
+        (0.5, "Estimates: 1. Mean error: 50.0 %."),
+        (1.0, "Estimates: 2. Mean error: 25.0 %."),
+    ):
         side.box.setValue(share * studio.engine.values["stiffness"])
         side.show_true.click()
         assert side.count.text() == count
@@ -245,7 +248,7 @@ def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
         if share < 1.0:
             side.more.click()
             qtbot.waitUntil(lambda: side.show_true.isEnabled())
-    assert side.count.text() == "Tries: 2. Mean error: 25.0 %."
+    assert side.count.text() == "Estimates: 2. Mean error: 25.0 %."
     studio.stop()
     assert studio.stopped  # the stop is never locked
     studio.release_stop()

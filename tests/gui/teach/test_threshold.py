@@ -68,7 +68,7 @@ def test_the_key_x_switches_between_the_two(compared):
     press(window, Qt.Key.Key_X)
     second = window.studio.engine.values["stiffness"]
     assert sorted((first, second)) == [100.0, 150.0]
-    assert page.sign.text() == "2 is active"
+    assert page.sign.text() == "Setting 2 is active"
     press(window, Qt.Key.Key_X)
     assert window.studio.engine.values["stiffness"] == first
 
@@ -79,7 +79,7 @@ def test_an_experiment_that_is_stopped_says_so(compared):
     QTest.mouseClick(page.end_button, Qt.MouseButton.LeftButton)
     assert compared.threshold.page is None
     said = label_texts(sheet_of(compared, ResultDialog))
-    assert "Stopped after 1 answer: the interval is wide." in said
+    assert "You stopped after 1 answer, so the result is uncertain." in said
 
 
 def test_only_what_can_be_raised_within_the_stable_range_is_compared(kept_window):
