@@ -410,7 +410,7 @@ def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
     board = fake_board(lambda message: old)
     entry = DeviceEntry(board.path, "", partial(HapkitBoard, board.path))
     for words in (run(capsys, "check", board.path)[2], entry.make().probe()["text"]):
-        assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
+        assert f"Update the firmware. Run `hapkit-studio flash {board.path}`." in words
 
 
 def test_a_fault_ends_a_run_with_its_own_exit_code(capsys, monkeypatch):

@@ -98,8 +98,10 @@ def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
     """Return path and checked bytes of the image, by default the shipped firmware; raise ParameterError."""
     path = shipped() if given is None else Path(given)
     if given is None and not path.exists():
-        what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
-        raise ParameterError(f"{what} Install Hapkit Studio again.")
+        name = f"{path.parent.name}/{path.name}"
+        raise ParameterError(
+            f"The firmware of Hapkit Studio, {name}, is missing. Install Hapkit Studio again."
+        )
     return path, read_image(path)
 
 
@@ -211,8 +213,11 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
             chunk = chunks.get(timeout=_LOOK)
         except queue.Empty:
             if os.name == "posix" and not os.path.exists(port):
-                words = f"{port_errors.port_name(port)} was disconnected before the firmware was complete."
-                raise FlashError(f"{words} Plug it in, then flash again.") from None
+                name = port_errors.port_name(port)
+                raise FlashError(
+                    f"{name} was disconnected before the firmware was complete. "
+                    "Plug the board in, then flash again."
+                ) from None
             if time.monotonic() - heard > SILENCE:
                 raise FlashError(f"avrdude has printed nothing for {SILENCE:g} s. Flash again.") from None
             yield ""

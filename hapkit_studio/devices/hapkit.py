@@ -357,8 +357,8 @@ def _checked(body: bytes, port: str) -> Hello:
     if version != PROTOCOL_VERSION:
         words = f"The firmware has protocol version {version}, but this studio needs {PROTOCOL_VERSION}."
         if version < PROTOCOL_VERSION:
-            raise WrongProtocolError(f"{words} Update firmware.", step="update")
-        raise WrongProtocolError(f"{words} Update the studio.")
+            raise WrongProtocolError(f"{words} Update the firmware.", step="update")
+        raise WrongProtocolError(f"{words} Update Hapkit Studio.")
     try:
         hello = Hello.unpack(body)
     except ValueError as error:

@@ -75,7 +75,7 @@ def gone(port: str) -> PortGoneError:
     """Return the error for a port that disappeared."""
     title = f"Hapkit on {port_name(port)} is disconnected. Force is zero."
     return PortGoneError(
-        f"{title} Plug it in, then try again.",
+        f"{title} Plug the board in, then try again.",
         # the window, not this function, tries to reconnect
         brief=f"{title} Trying to reconnect every second.",
     )

@@ -44,7 +44,7 @@ CHIPS = (
     Chip("Uno-like board (CP210x)", Role.KIT, ((0x10C4, 0xEA60),)),
     Chip("Uno-like board (PL2303)", Role.KIT, ((0x067B, 0x2303),)),
     Chip("FTDI adapter", Role.UNKNOWN, ((0x0403, None),)),
-    Chip("Arduino, not an Uno", Role.UNKNOWN, ((0x2341, None), (0x2A03, None))),
+    Chip("Arduino, but not an Uno", Role.UNKNOWN, ((0x2341, None), (0x2A03, None))),
     Chip("Teensy", Role.OTHER, ((0x16C0, 0x0483),)),
     Chip("Raspberry Pi Pico", Role.OTHER, ((0x2E8A, None),)),
     Chip("Espressif board", Role.OTHER, ((0x303A, None),)),

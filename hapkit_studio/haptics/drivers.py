@@ -74,7 +74,7 @@ class SerialDriver(Driver):
         self.device = device
         self.rate = device.rate
         if device.hello.arena == 0:
-            self.no_planner = "The firmware on this board cannot render laws. Update firmware."
+            self.no_planner = "The firmware on this board cannot render laws. Update the firmware."
             return
         try:
             settings = device.settings()

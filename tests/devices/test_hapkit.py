@@ -129,7 +129,7 @@ def test_other_devices_and_silence_are_reported(lined, noise):
 
 
 @pytest.mark.parametrize(
-    ("version", "remedy", "step"), [(3, "Update firmware.", "update"), (5, "Update the studio.", "")]
+    ("version", "remedy", "step"), [(3, "Update the firmware.", "update"), (5, "Update Hapkit Studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
 def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
@@ -154,7 +154,7 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
 
 
 def test_unplugging_is_reported_during_handshake_and_request_and_while_open(fake_board):
-    words = "Hapkit on {} is disconnected. Force is zero. Plug it in, then try again."
+    words = "Hapkit on {} is disconnected. Force is zero. Plug the board in, then try again."
     refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()
     board = HapkitBoard(fake_board(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m)).path)

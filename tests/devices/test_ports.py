@@ -59,7 +59,7 @@ def test_kits_are_first_and_other_devices_last(monkeypatch):
         ("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)"),
         ("/dev/ttyUSB1", "ttyUSB1: Uno-like board (CH340)"),
         ("/dev/ttyACM2", "ttyACM2: Strange device"),
-        ("/dev/ttyACM3", "ttyACM3: Arduino, not an Uno"),
+        ("/dev/ttyACM3", "ttyACM3: Arduino, but not an Uno"),
         ("/dev/ttyS0", "ttyS0: serial port"),
         ("/dev/cu.debug-console", "cu.debug-console: console, not a Hapkit"),
         ("/dev/rfcomm0", "rfcomm0: Bluetooth, not a Hapkit"),

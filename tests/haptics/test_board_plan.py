@@ -141,7 +141,7 @@ def test_the_block_contains_the_data_to_send():
 @pytest.mark.parametrize(
     ("kit", "words"),
     [
-        (FakeKit(arena=0), "The firmware on this board cannot render laws. Update firmware."),
+        (FakeKit(arena=0), "The firmware on this board cannot render laws. Update the firmware."),
         (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
     ],
 )

@@ -34,7 +34,10 @@ _BY_KEYBOARD = (
     Qt.FocusReason.BacktabFocusReason,
     Qt.FocusReason.ShortcutFocusReason,
 )
-_HELP = "Press and drag: the pointer is your hand. ← → move it 1 mm, with Shift 0.1 mm; ↓ lets go."
+_HELP = (
+    "Press the mouse button and drag: the pointer is your hand. The keys ← → move the hand by 1 mm, with "
+    "Shift by 0.1 mm. The key ↓ lets go of the handle."
+)
 
 
 def _within(value: float, most: float) -> float:
@@ -152,7 +155,7 @@ class SceneView(QWidget):
         if not enabled:
             self.release()
         self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
-        self.setToolTip(_HELP if enabled else "The handle at its measured position")
+        self.setToolTip(_HELP if enabled else "The picture shows the handle at its measured position")
 
     def set_hint(self, on: bool) -> None:
         """Show or hide the hint beside the knob; the hint disappears when the user drags the handle."""

@@ -36,7 +36,11 @@ from hapkit_studio.gui.widgets.theme import theme
 
 # icon and text for each state of a file
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
-_LINES = {"foreign": "Not your own file", "broken": "Does not run yet", "checking": "Checking the file…"}
+_LINES = {
+    "foreign": "File from someone else",
+    "broken": "The file does not run yet",
+    "checking": "Checking the file…",
+}
 _PENCIL, _RING, _LEAST = 30, 28, 120
 
 
@@ -135,7 +139,7 @@ class Gallery(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Yours"))
+        self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Your own"))
         for heading in (self.heading, self.own_heading):
             heading.setContentsMargins(14, 10, 14, 6)
         self.rows = {

@@ -33,7 +33,7 @@ def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
 
 
 def _add_devices(menu: QMenu, studio: Studio) -> None:
-    choose = QMenu("Choose", menu)
+    choose = QMenu("Choose environment", menu)
     choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
     first = menu.actions()[0]
     menu.insertMenu(first, choose)
@@ -41,7 +41,7 @@ def _add_devices(menu: QMenu, studio: Studio) -> None:
 
 
 def _add_own(menu: QMenu, before: QAction, own: OwnEnvironments) -> None:
-    yours = QMenu("Yours", menu)
+    yours = QMenu("Your own", menu)
     entry = menu.insertMenu(before, yours)
 
     def fill() -> None:

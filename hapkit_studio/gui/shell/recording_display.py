@@ -49,7 +49,7 @@ class RecordingDisplay(QObject):
         try:
             chosen_folder()
         except FileError as error:
-            self.show_failure(f"Recordings go into {folder()}.", str(error))
+            self.show_failure(f"Recordings are saved in the folder {folder()}.", str(error))
 
     def show_state(self) -> None:
         """Show the recording's duration, the length of the stored samples, or the last written file."""

@@ -7,7 +7,8 @@ that shows it; the option ``--json`` adds the source.
 
 Left out are:
 
-* keys, values and units alone ("Ctrl+S", "30 min", "N/m"), file paths, and texts without a word;
+* keys, values, units and formulas alone ("Ctrl+S", "30 min", "N/m", "F = −k d in the wall"), file paths, and
+  texts without a word;
 * texts that differ from an earlier one only in their numbers;
 * tooltips that repeat a label, and accessible names that only join visible texts and values;
 * what depends on the student's own work: names of files, and what Undo would change.
@@ -140,6 +141,7 @@ _KEY = rf"(?:(?:Ctrl|Shift|Alt)\+)*(?:\S|{_NAMED})"
 _KEYS = re.compile(rf"^{_KEY}(?:(?:, | or ){_KEY})*$")
 _UNIT = r"(?:mm|ms|min|N|m|s|g|kg|Hz|kHz|mJ|J|counts?|%|°|µs|µm|rad|periods?|[mNkgs]+[/·²³mskgN⁠]+|× ?\d*|JND)"
 _VALUE = re.compile(rf"^[^A-Za-z]*{_UNIT}?(?: (?:±|to|/) [^A-Za-z]*{_UNIT}?)?$")
+_FORMULA = re.compile(r"^[^.]{1,14}[=≤] (?!.*, with |.*[^\W\d]{3,} [^\W\d]{3,} [^\W\d]{3,})")
 _OWN = re.compile(r"^Undo .+ → |^[/~]\S+$|^[A-Z]:\\|\.(?:toml|hks|py|ino|csv)$")
 
 
@@ -165,6 +167,7 @@ def texts() -> list[Text]:
 def shown(found: Iterable[Text]) -> list[Text]:
     """Return the texts without repetitions and without those that say nothing by themselves."""
     tidied = [text._replace(words=" ".join(without_tags(text.words).split())) for text in found]
+    tips = {text.words for text in tidied if text.place.endswith(TOOLTIP)}
     visible = {text.words.rstrip("…") for text in tidied if not text.place.endswith((TOOLTIP, NAME))}
     labels = sorted((label for label in visible if len(label) > 2), key=len, reverse=True)
     first: dict[str, Text] = {}
@@ -173,10 +176,12 @@ def shown(found: Iterable[Text]) -> list[Text]:
             continue
         key = text.words
         if text.place.endswith(NAME):
+            key = "" if key in tips else re.sub(r",? (?:to )?[−+]?\d[\d.,]* ?\S*$", "", key)
             for label in labels:
                 if label in key:
                     key = re.sub(rf"(?<!\w){re.escape(label)}(?!\w)", "", key)
-            key = f"name: {key}" if re.search(r"[A-Za-z]{3}", key) else ""
+            known = any(label.startswith(key.strip()) for label in labels)
+            key = "" if known or not re.search(r"[A-Za-z]{3}", key) else f"name: {key}"
         if key and not _says_nothing(text.words):
             first.setdefault(re.sub(r"\d[\d,.]*", "0", key), text)
     return list(first.values())
@@ -184,7 +189,7 @@ def shown(found: Iterable[Text]) -> list[Text]:
 
 def _says_nothing(words: str) -> bool:
     return not re.search(r"[A-Za-z]{2}", words) or any(
-        pattern.search(words) for pattern in (_KEYS, _VALUE, _OWN)
+        pattern.search(words) for pattern in (_KEYS, _VALUE, _FORMULA, _OWN)
     )
 
 

@@ -179,10 +179,10 @@ class MainWindow(QMainWindow):
         self.state = WindowState(studio, self.settings, self.views, self.presets, self.centre.trigger)
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.show_message)
-        self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
+        self.export.failed.connect(lambda why: self.record_display.show_failure("No file was written.", why))
         self.opener = RecordingOpener(self)
         self.opener.opened.connect(self._hold_recording)
-        self.opener.failed.connect(lambda why: self.record_display.show_failure("No trace was held.", why))
+        self.opener.failed.connect(lambda why: self.record_display.show_failure("No curve was kept.", why))
         self.actions_by_key = ActionSet(self, actions, self.single_keys)
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -266,7 +266,10 @@ class MainWindow(QMainWindow):
                 self.show_lesson(TOUR)
 
         buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
-        words = "A tour shows the window in five minutes.", "It is also in the menu Help: First steps."
+        words = (
+            "A tour shows the window in five minutes.",
+            "You find the tour also in the menu Help: First steps.",
+        )
         self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))
 
     def show_commands(self) -> None:

@@ -100,7 +100,9 @@ def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
 def about_dialog(parent: QWidget) -> TextDialog:
     """Return the About dialog."""
     text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
-    return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+    return text_dialog(
+        "Hapkit Studio", [text, f"Version {version('hapkit-studio')}. Licence: BSD-3-Clause."], parent
+    )
 
 
 class MarkerDialog(WordsDialog):

@@ -12,7 +12,7 @@ from hapkit_studio.parameters import AnyParameter, Choice
 
 POLL_MS = 100
 # the gallery shows these texts in place of the summary
-WORDS = {"preparing": "Preparing…", "next": "Prepared next…", "broken": "The law cannot be compiled"}
+WORDS = {"preparing": "Preparing…", "next": "Will be prepared next…", "broken": "The law cannot be compiled"}
 
 
 class EnvironmentLibrary:

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.gui.state.lock import Lock, Place
 
 LOCKED, BY_LESSON = "Locked by the instructor", "Locked by the lesson"
-BY_LAB = "Locked on this computer"
+BY_LAB = "Locked by the administrator of this computer"
 HIDDEN_BY_LESSON = "Hidden by the lesson"
 BLIND, QUIZ = "Values are hidden during the blind comparison", "Values are hidden during the quiz"
 POINTING, THRESHOLD = (

@@ -112,7 +112,7 @@ def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     words = window.editor.message.words.text()
     assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
     assert words.endswith("The previous law keeps running.")
-    assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
+    assert window.gallery.own_rows[window.editor.path].summary == "The file does not run yet"
 
 
 DRIFTING = spring(force="-p.stiffness * s.t").replace("@law\n", '@law(state={"t": 0.0})\n')

@@ -294,7 +294,10 @@ def test_a_refused_priority_shows_the_lateness_and_a_remedy(bar, qtbot):
     bar.show_figures(True)
     assert bar.jumps.isHidden()
     bar.show_health(health(link=SimpleNamespace(lost_frames=0, clock_jumps=3)))
-    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (True, "The board's clock jumped 3 times (corrected)")
+    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (
+        True,
+        "The board's clock jumped 3 times (corrected)",
+    )
     with qtbot.waitSignal(bar.how_to_fix, timeout=PATIENCE_MS):
         bar.priority.link.click()
 

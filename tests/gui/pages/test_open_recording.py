@@ -107,7 +107,7 @@ def test_an_unreadable_file_is_reported_in_a_banner(window, qtbot, tmp_path, tex
     window.opener.open(str(path))
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
     notice = window.banners.get("recording")
-    assert "No trace was held." in notice.title
+    assert "No curve was kept." in notice.title
     assert words in notice.text
     assert not window.centre.held.traces
 

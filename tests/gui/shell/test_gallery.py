@@ -117,7 +117,7 @@ def test_own_environments_and_the_new_button_are_reached_by_key(shared_window, r
 def test_own_environments_are_in_the_menu(shared_window, rows):
     menu = next(a.menu() for a in shared_window.menuBar().actions() if a.text() == "Environment")
     menu.aboutToShow.emit()
-    yours = next(a for a in menu.actions() if a.text() == "Yours")
+    yours = next(a for a in menu.actions() if a.text() == "Your own")
     assert yours.isVisible()
     assert [action.text() for action in yours.menu().actions()] == [row.title for row in rows.values()]
 

@@ -30,7 +30,17 @@ def test_every_text_of_a_dialog_is_listed_with_its_kind(qtbot):
 
 
 @pytest.mark.parametrize(
-    "words", ["Ctrl+Shift+O", "Page Up, Page Down", "0.00 mm", "30 min", "N·s/m", "/usr/bin/avrdude", "—"]
+    "words",
+    [
+        "Ctrl+Shift+O",
+        "Page Up, Page Down",
+        "0.00 mm",
+        "30 min",
+        "N·s/m",
+        "/usr/bin/avrdude",
+        "—",
+        "F = −k d in the wall",
+    ],
 )
 def test_a_key_a_value_a_unit_and_a_path_are_no_texts(words):
     assert not texts.shown([Text("panel: label", words, "")])
@@ -50,6 +60,8 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
             Text("panel: choice", "Medium", ""),
             Text("panel: name for a screen reader", "Grip, Medium", ""),
             Text("panel: name for a screen reader", "Grip: 3.5 N/m", ""),
+            Text("panel: label", "Cutoff fc", ""),
+            Text("panel: name for a screen reader", "Cutoff, 35.5 Hz", ""),
             Text("panel: name for a screen reader", "Plot of the grip's force", ""),
             Text("menu: command", "Save a copy…", ""),
             Text("menu: tooltip", "Save a copy", ""),
@@ -60,6 +72,7 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
     assert [text.words for text in shown] == [
         "Grip",
         "Medium",
+        "Cutoff fc",
         "Plot of the grip's force",
         "Save a copy…",
         "Back to 35.5 Hz",

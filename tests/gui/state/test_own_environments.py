@@ -43,7 +43,7 @@ def test_a_foreign_file_runs_only_after_its_source_was_shown(home, make_window, 
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
     window = make_window()
     row, source = window.gallery.own_rows[path], window.editor.editor.source
-    assert (row.title, row.summary, row.picture) == ("Ada's spring", "Not your own file", "lock")
+    assert (row.title, row.summary, row.picture) == ("Ada's spring", "File from someone else", "lock")
     QTest.mouseClick(row, Qt.MouseButton.LeftButton)
     assert source.isVisible()
     assert source.code.toPlainText() == path.read_text(encoding="utf-8")
@@ -194,7 +194,7 @@ def test_endless_and_binary_files_do_no_harm(home, window):
     other.write_bytes(b"\xff\xfe\x00")
     path = put(home, "endless.py", "while True:\n    pass\n")
     window.own.refresh()
-    assert window.gallery.own_rows[other].summary == "Does not run yet"
+    assert window.gallery.own_rows[other].summary == "The file does not run yet"
     window.gallery.own_rows[other].click()
     assert window.studio.environment.key == "wall"
     window.own.choose(path)
@@ -293,7 +293,7 @@ def test_a_file_that_failed_is_still_marked_after_a_restart(home, make_window):
     assert window.gallery.own_rows[path].picture != "triangle"
     window.own.runner.finished.emit((read(path), failed("wrong", 10)))
     again = make_window()
-    assert again.gallery.own_rows[path].summary == "Does not run yet"
+    assert again.gallery.own_rows[path].summary == "The file does not run yet"
     assert again.gallery.own_rows[fine].summary == "For a test"
     put(home, "mine.py", spring("mine"))
     again.file_watcher.check_files()

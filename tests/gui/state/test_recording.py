@@ -217,7 +217,7 @@ def test_a_recording_whose_file_is_deleted_says_so_and_offers_to_save_the_rest(w
 def test_an_unreadable_folder_gives_one_message_and_the_default_is_used(make_window, home):
     (home / "recording-folder.txt").write_text("not a whole path")
     notice = make_window().banners.get("recording")
-    assert notice.title == f"Recordings go into {folder()}."
+    assert notice.title == f"Recordings are saved in the folder {folder()}."
     assert notice.text == "recording-folder.txt is 'not a whole path'; it must be the whole path of a folder."
     assert folder() == home / "Hapkit sessions"
 
