@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_name("mutations.json")
 SECONDS = 400
-"""s after which a hanging test counts as a failed one."""
+"""s: a test that takes longer counts as failed."""
 INTERPRETED = ("codec", "window")
 """Areas without compiled code, whose mutations share a cache."""
 

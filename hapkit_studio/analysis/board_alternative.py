@@ -15,7 +15,7 @@ from hapkit_studio.parameters import Choice
 FELT = 0.06
 """Just-noticeable difference of a force, as a fraction of the largest force."""
 AVERAGED = 0.01
-"""s over which forces are averaged, because a person does not feel that a pulse is one sample late."""
+"""s: time over which forces are averaged, because a person does not feel that a pulse is one sample late."""
 SECONDS = 3.0
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.analysis.statistics import LEAST_CYCLES, dominant
 
 SECONDS = 1.0
-"""s of positions to evaluate."""
+"""s: duration of the positions to evaluate."""
 LEAST_AMPLITUDE = 50e-6  # m: smaller oscillations are jitter between two sensor steps
 _FREQUENCY_TOLERANCE = 0.1  # relative tolerance between the spectral peak and the cycle frequency
 _SUSTAINED = 0.8  # ratio of the last quarter's width to the widest quarter's, below which the motion decays

@@ -22,10 +22,10 @@ from hapkit_studio.files import checked_integer, checked_number, checked_text
 POINTING = "pointing"
 """The kind of a session's event that contains a trial."""
 ENVIRONMENT = "friction"
-DISTANCES = (0.010, 0.020, 0.040)  # m between the middle of the start and the middle of the target
+DISTANCES = (0.010, 0.020, 0.040)  # m: from the middle of the start to the middle of the target
 WIDTHS = (0.002, 0.004, 0.008)  # m
 ROUNDS = 4
-NONE, LOW, HIGH = 0.0, 0.5, 1.5  # N of friction
+NONE, LOW, HIGH = 0.0, 0.5, 1.5  # N: friction force
 MODEL = "tether"  # friction model of the conditions *low* and *high*
 START_WIDTH = 0.004  # m: width of the area in which a movement begins
 

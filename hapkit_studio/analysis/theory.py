@@ -20,7 +20,7 @@ _PROBE = 0.382  # position of the test sample in a step; it finds waves as long 
 _PARTS = 8  # number of parts into which a step with a bend or jump is divided, repeatedly
 _NARROWEST = 1e-9  # fraction of the range to which a bend or jump is located
 _MOST = 4  # largest number of samples per even step; finer waves look like a band on any screen
-_SECONDS = 0.05  # s of processor time after which sampling of a slow law stops
+_SECONDS = 0.05  # s: processor time after which sampling of a slow law stops
 
 
 @dataclass(frozen=True)

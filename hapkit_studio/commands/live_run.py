@@ -31,9 +31,9 @@ FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _AGAIN = "Check the USB cable, then try again."
 _REMARK_SECONDS = 0.005
-"""s without force after which a remark is printed."""
+"""s: a remark is printed after this time without force."""
 _MEASURING = 0.6
-"""s of zero force after connecting, during which the computer's delay is measured."""
+"""s: duration of zero force after connecting, during which the computer's delay is measured."""
 _FEWEST_DELAYS = 100
 """Smallest number of measured delays from which a mean is computed."""
 

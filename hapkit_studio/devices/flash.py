@@ -75,7 +75,7 @@ SPEEDS = (115200, 57600)
 ROUNDS = 2
 """Attempts at each speed; a busy board may miss the first one."""
 SILENCE = 20.0
-"""s without output after which avrdude is killed; a failed attempt takes 6 s."""
+"""s: avrdude is killed after this time without output; a failed attempt takes 6 s."""
 _LOOK = 0.2
 _PART = "m328p"
 

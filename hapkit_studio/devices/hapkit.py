@@ -42,10 +42,10 @@ from hapkit_studio.protocol.messages import (
 )
 
 HANDSHAKE_TIME = 4.0
-"""s to wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
+"""s: longest wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
 
 SAVE_TIME = 2.0
-"""s to wait after Save: the chip writes a byte of the EEPROM in 3.4 ms."""
+"""s: wait after Save: the chip writes a byte of the EEPROM in 3.4 ms."""
 
 PACKET = 62
 """Data bytes in a packet of an FTDI chip, which sends a full packet without waiting for the latency timer."""

@@ -114,9 +114,9 @@ MODES = ("paced", "lockstep", "fast")
 PATIENCE = 10.0
 """s: time-out of a reply; a busy computer simulates slowly, but never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
-"""s in which the hand moves to a new target, equal to the duration of a frame of the window."""
+"""s: duration of the hand's movement to a new target, equal to the duration of a frame of the window."""
 HOOK_PERIOD = 0.5
-"""s in which an attached spring moves the handle to the middle."""
+"""s: duration for which an attached spring moves the handle to the middle."""
 
 
 def program() -> Path:

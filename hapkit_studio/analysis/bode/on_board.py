@@ -28,8 +28,8 @@ from hapkit_studio.haptics.engine import Engine
 _MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
 _TURNS = 4  # all motions are repeated this many times, in case some are disturbed
 _SINE_TURNS, _SINE_REPEATS = 2, 2  # turns and repeats for single sines, which take 1.5 s each
-_STEP = 1e-4  # s between points of the script, which the board interpolates linearly
-_MARGIN = 0.02  # s before and after a motion during which the loop must also render
+_STEP = 1e-4  # s: time between points of the script, which the board interpolates linearly
+_MARGIN = 0.02  # s: the loop must also render for this time before and after a motion
 _LOOK_SECONDS = 0.02
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING | rows.GAP
 _BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults that a busy computer causes

@@ -20,7 +20,7 @@ from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
 HOOK_SECONDS = 1.0
-"""s until the handle rests at a spring."""
+"""s: time until the handle rests at a spring."""
 _TRIES = 3
 _REVERSING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor would push the handle away."

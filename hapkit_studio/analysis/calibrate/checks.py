@@ -33,7 +33,7 @@ _HOLDING_FRICTION = 0.2
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, or a sector that rubs."
 _SWEEP_REMEDY = "Level the kit, release the handle in the middle, and test again."
 _COARSE_QUANTUM = 0.2e-3
-"""m per count; with a coarser sensor, such as an encoder, a sweep determines neither mass nor friction."""
+"""m: size of a count; with a coarser sensor (an encoder), a sweep determines neither mass nor friction."""
 _TRIES = 3
 _PUSHED_SECONDS, _SILENCE_SECONDS, _PATIENCE = 0.03, 0.12, 3.0
 """s: duration of the push, of the silence, and time-out, in the test of stopping."""

@@ -10,7 +10,7 @@ PULSES = (0.1, 0.2, 0.3)
 PULSE_SECONDS = 0.08
 COAST_SECONDS = 0.25
 PULSE_END = 0.002
-"""m of motion at which a pulse ends."""
+"""m: a pulse ends after this motion."""
 
 PULSE_LIMITS = Limits(0.3, 0.020, 1.0)
 RAISE_LIMITS = Limits(1.5, 0.020, 1.0)
@@ -53,7 +53,7 @@ def raise_force(runner: BoardRunner, sign: float = 1.0) -> Track:
 
 
 SETTLE_SECONDS, STROKE, _CREEP = 3.0, 0.006, 0.012
-"""s of carrying before the slow motion; amplitude in m and speed in m/s of the slow motion."""
+"""Duration in s before the slow motion; amplitude in m and speed in m/s of the slow motion."""
 CARRY_PERIOD = 4.0 * STROKE / _CREEP
 _CARRY_SECONDS = SETTLE_SECONDS + 3.0 * CARRY_PERIOD
 _HAND_OVER_SECONDS = 1.0

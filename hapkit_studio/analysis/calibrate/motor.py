@@ -31,7 +31,7 @@ GRAVITY = 9.81
 PLAUSIBLE = (0.25, 4.0)
 """Accepted ratio of a motor's strength to its profile."""
 _SUSPICIOUS = 0.35
-"""N of friction above which a dead band is the likelier cause."""
+"""N: above this friction, a dead band is the likelier cause."""
 _BELOW = 0.85
 # relative uncertainty of a weight, from the tolerance of coins, the release, and sticking friction
 _WEIGHT_UNCERTAINTY = 0.02

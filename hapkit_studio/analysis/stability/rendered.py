@@ -61,7 +61,7 @@ LINEAR_START, LINEAR_FAR, LINEAR_FAINT = 1e-6, 1.0, 1e-36
 STARTS = (200.3, 3.3)
 FEW_STEPS = 5.0
 FAR = 0.2
-# s without motion after which every velocity estimate has settled
+# s: every velocity estimate has settled after this time without motion
 _STILL_SECONDS = 1.0
 _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 

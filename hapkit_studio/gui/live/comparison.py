@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 COMPARED_SECONDS = 4.0
 SETTLE_SECONDS = 0.6
-"""s from the handover to the first movement; meanwhile the force fades in and the handle comes to rest."""
+"""s: from the handover to the first movement; meanwhile the force fades in and the handle comes to rest."""
 PATIENCE = 5.0
-"""s within which the new renderer must have started."""
+"""s: the new renderer must have started within this time."""
 _ORDER = "press", "tap", "stroke", "sweep", "pet"
 _FAULT = "A fault ended the comparison. Clear the fault, then compare again."
 _STOPPED = "The force is off, so nothing can be compared. Release the E-stop or clear the fault first."
