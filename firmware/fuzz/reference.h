@@ -1,4 +1,4 @@
-// Frames in the simplest form: the reference for the firmware's parser.
+// The simplest possible implementation of the frames: the reference for the firmware's parser.
 #pragma once
 
 #include <cstddef>

@@ -96,7 +96,7 @@ static_assert(sizeof(Law) == Law::kSize, "Law has gaps");
 
 // A piece of a law; the board accepts pieces only in order.
 //
-// Lost pieces are sent again from the byte that samples and telemetry name.
+// After a loss, pieces are sent again from the byte offset that the board reports in samples and telemetry.
 struct __attribute__((packed)) Piece {
   static constexpr uint8_t kId = 0x07;
   static constexpr uint8_t kSize = 35;

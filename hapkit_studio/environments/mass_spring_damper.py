@@ -18,7 +18,7 @@ STATE = dict.fromkeys(
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the object during the past sample with the handle held, then push the handle back."""
+    """Integrate the object's motion over the last period, then return the object's force on the handle."""
     begins = s.started == 0.0
     if begins:
         s.started = 1.0

@@ -69,8 +69,8 @@ def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], 
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Apply the block's device, hand, period and delay; a new hand starts at the handle's position.
 
-    A hand that releases the handle at rest sets its speed to zero. After a change of sensor, the first
-    reading is the handle's present position, and does not count as a motion.
+    If the hand releases the handle at rest, the handle's speed is set to zero. After a change of sensor, the
+    first reading is the handle's present position and is not evaluated as a motion.
     """
     settings, constants = r.settings, plant.constants
     on = settings.hand_on != 0

@@ -129,7 +129,7 @@ class Specialiser:
             return
         lazy = isinstance(value, t.Num | t.Var)
         if isinstance(value, t.Select):
-            lazy = self.stays(value.test) or self.reads(name) == 1
+            lazy = self.is_cheap_test(value.test) or self.reads(name) == 1
         self.env[name] = value if lazy else self.stored(value, name)
 
     def detach_others(self, variable: str) -> None:
@@ -243,7 +243,7 @@ class Specialiser:
     ) -> None:
         """Merge the values of every name after a branch; self.frames contains those of the ``other`` side."""
         chosen: dict[tuple[t.Expr, t.Expr], t.Expr] = {}
-        empty = self.folds and not then and not other and self.stays(test)
+        empty = self.folds and not then and not other and self.is_cheap_test(test)
         for mine, theirs in zip(self.frames, then_frames, strict=True):
             for name in list(mine):
                 yes, no = theirs.get(name), mine[name]
@@ -264,15 +264,16 @@ class Specialiser:
                         chosen[yes, no] = t.Var(made)
                 mine[name] = chosen[yes, no]
 
-    def stays(self, test: t.Test, several: bool = False) -> bool:
-        """Return True if a test may be moved: one cheap comparison, or several if ``several`` is true."""
+    def is_cheap_test(self, test: t.Test, several: bool = False) -> bool:
+        """Return True if a test is cheap enough for conditional code: one cheap comparison, or several joined
+        ones if ``several`` is true."""
         match test:
             case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)
             case t.Not(inner):
-                return self.stays(inner, several)
+                return self.is_cheap_test(inner, several)
             case t.Logic(_, tests):
-                return several and all(self.stays(one, True) for one in tests)
+                return several and all(self.is_cheap_test(one, True) for one in tests)
         return False
 
     def loop(self, node: ast.For) -> None:
@@ -379,7 +380,7 @@ class Specialiser:
                 leave.moves.append(t.Assign(made, value))
             results.append(t.Var(made))
         match block.body:
-            case [t.If(test, [_], []), _] if len(found) == 2 and self.stays(test):
+            case [t.If(test, [_], []), _] if len(found) == 2 and self.is_cheap_test(test):
                 # the values are constants, so no branch is needed
                 if all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in columns):
                     return [a if a == b else t.Select(test, a, b) for a, b in columns]
@@ -478,7 +479,7 @@ class Specialiser:
             return one if test else zero
         if isinstance(test, t.Compare) and self.folds:
             test = t.Compare(test.op, self.stored(test.left), self.stored(test.right))
-        if once and self.stays(test, True):
+        if once and self.is_cheap_test(test, True):
             return t.Select(test, one, zero)
         return self.choice(test, one, zero)
 
@@ -513,7 +514,7 @@ class Specialiser:
         return self.scope.loads[name]
 
     def choice(self, test: t.Test, yes: t.Num, no: t.Num) -> t.Expr:
-        return t.Select(test, yes, no) if self.stays(test) else self.branched(test, yes, no)
+        return t.Select(test, yes, no) if self.is_cheap_test(test) else self.branched(test, yes, no)
 
     def branched(
         self,
@@ -544,7 +545,7 @@ class Specialiser:
     def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
         """Return one of two values as an expression; None if a branch is needed."""
         both = isinstance(yes, t.Num) and isinstance(no, t.Num)
-        return t.Select(test, yes, no) if both and self.stays(test, True) else None
+        return t.Select(test, yes, no) if both and self.is_cheap_test(test, True) else None
 
     def place(self, node: ast.expr) -> t.At | t.Var:
         """Return the state that a subscript refers to."""
@@ -604,7 +605,7 @@ class Specialiser:
         return self.compare("!=", self.value(node), t.literal(0.0))
 
     def logic(self, op: str, values: Sequence[ast.expr]) -> t.Test | bool:
-        """Return `and` or `or` with short-circuit evaluation."""
+        """Return the test for values joined by ``op``, "and" or "or", with short-circuit evaluation."""
         first = self.test(values[0])
         if len(values) == 1:
             return first

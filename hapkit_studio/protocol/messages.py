@@ -1,6 +1,6 @@
 """Every message between computer and board, declared once; the firmware's header is generated from here.
 
-A message is a frozen dataclass. Its fields carry their type on the wire: little-endian packed structs.
+A message is a frozen dataclass, sent as a packed little-endian struct. Each field declares its type.
 """
 
 import struct
@@ -251,7 +251,7 @@ class Law(Message, id=0x06):
 class Piece(Message, id=0x07):
     """A piece of a law; the board accepts pieces only in order.
 
-    Lost pieces are sent again from the byte that samples and telemetry name.
+    After a loss, pieces are sent again from the byte offset that the board reports in samples and telemetry.
     """
 
     generation: int = wire("B", "generation of the law")

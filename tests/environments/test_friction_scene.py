@@ -128,9 +128,9 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """The tether is compared with an anchor that moves at every sample and takes 1,367 cycles at 2 kHz.
+    """The alternative, an anchor that moves at every sample, takes 1,367 cycles and is rendered at 2 kHz.
 
-    The board's delay is 142 µs with the tether, and 143 µs with that anchor.
+    The board's delay is 142 µs with the tether, and 143 µs with the anchor.
     """
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)

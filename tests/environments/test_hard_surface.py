@@ -119,7 +119,7 @@ def by_formula(run, rate, decay, hertz):
     wide([(1000.0, 60.0, 50.0), (4000.0, 5.0, 400.0), (500.0, 300.0, 5.0)], lambda rate, *_: rate == 1000.0),
 )
 def test_the_recursion_feels_like_the_formula(hand, rate, decay, hertz):
-    """The recursion is exact: differences are a millionth of 15 mN."""
+    """The recursion agrees with the formula except for rounding: the forces differ by less than 10 nN."""
     device = hs.SimulatedHapkit(initial_velocity=0.3)
     given = {"damping": 3.0, "decay": decay, "frequency": hertz}
     run = hs.simulate("hard_surface", given, hand=hand, device=device, rate=rate, seconds=3.0)

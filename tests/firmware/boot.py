@@ -68,9 +68,9 @@ def small_image(folder: Path, name: str = "chatter") -> Path:
 
 
 class Board:
-    """A virtual board with a boot loader on a real cable.
+    """A virtual board with a boot loader; its port behaves like a real cable.
 
-    It keeps its path, and opening it resets the board.
+    The port keeps its path, and opening the port resets the board.
     """
 
     def __init__(self, folder: Path, boot_loader: Path, firmware: Path | None = None):

@@ -57,7 +57,7 @@ class Measured:
 
     @property
     def wrong(self) -> int:
-        """Return the number of wrong records and actions."""
+        """Return the number of errors: wrong rows, unmarked gaps, and forces that were never sent."""
         return self.wrong_rows + self.unmarked_gaps + self.foreign
 
 

@@ -122,7 +122,7 @@ def test_a_host_that_hesitates_in_lockstep_is_counted():
         left, before = time.monotonic(), board.status()["time"]
         wait_until(lambda: board.status()["time"] > before + 5.5 * period)
         passed, hesitated = board.status()["time"] - before, time.monotonic() - left
-    # a sample period passes in each time-out
+    # after each time-out without an answer, the board's time advances by one period
     assert passed <= (hesitated / patience + 2) * period
     assert passed / period - 2 <= board.summary["unanswered"] <= (time.monotonic() - begin) / patience
 

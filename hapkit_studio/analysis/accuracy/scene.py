@@ -83,12 +83,12 @@ class SceneRequest:
 
     @property
     def options(self) -> Options:
-        """Return the present methods."""
+        """Return the methods that are currently selected."""
         return tuple((c.key, self.values[c.key]) for c in self.choices)
 
     @property
     def exact(self) -> Options:
-        """Return the methods of the ideal."""
+        """Return the methods of the ideal scene."""
         return tuple((c.key, c.check(c.exact) if c.exact else c.default) for c in self.choices)
 
     @property
@@ -188,7 +188,8 @@ class Ideal:
     def parts(self, option: Option) -> tuple[float, ...]:
         """Return the contribution of each of PARTS to an option's error in JND, for the option's hand.
 
-        A part is left out of the combinations if it changes neither the real nor the ideal loop in any bit.
+        The contributions are computed from combinations of parts. A part is left out if
+        the results of the real and of the ideal loop are bit-identical without it.
         """
         trial = next(t for t in self.trials if t.words == option.hand)
         every = frozenset(PARTS)

@@ -1,4 +1,4 @@
-"""The type of a failure: the limit of a method and its cause, a trial, a chart, and a way to feel it live."""
+"""The class of a failure: a method's limit and its cause, a trial, a chart, and a way to feel it live."""
 
 import math
 from collections.abc import Callable, Mapping

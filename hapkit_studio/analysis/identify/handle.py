@@ -53,7 +53,7 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
 
 @dataclass(frozen=True)
 class _WindowResult:
-    """The result at one window length; ``log_variance`` belongs to the estimates; smaller is better."""
+    """The result at one window length; ``log_variance`` is the logarithm of the estimates' variance."""
 
     log_variance: float
     part: Part

@@ -246,7 +246,10 @@ def plane(
 
 
 def with_family(plane: Plane) -> Plane:
-    """Return a plane with the worst of all hands; raise ParameterError for a nonlinear estimator."""
+    """Return a copy of a plane with the limits of the worst hand.
+
+    Raise ParameterError for a nonlinear estimator.
+    """
     found = family(plane.setting, plane.damping)
     here = float(np.interp(plane.margin.damping, found.damping, found.people))
     return replace(plane, family=found, top=max(plane.top, nice_top(_ROOM * here)))

@@ -204,10 +204,10 @@ FEWEST_IN_TAIL = 5
 class Protocol:
     """The trial of a wall: the handle hits it at ``speed`` in m/s, and ``push`` in N presses on it.
 
-    There is one hit of ``seconds`` for each sampling phase.
-    A trial fails if the handle moves beyond ``travel`` in m, or by more than ``counts`` in the last ``tail``
-    s. The stiffness starts at ``softest`` in N/m. Walls in the band differ by the relative step ``apart``.
-    ``max_force`` is the motor's limit in N, or inf. Raise ParameterError.
+    The hit is simulated for ``seconds``, once for each sampling phase. A trial fails if the handle moves
+    beyond ``travel`` in m, or by more than ``counts`` in the last ``tail`` s. The stiffness starts at
+    ``softest`` in N/m. Where walls alternately pass and fail, ``apart`` is the relative step between two
+    walls. ``max_force`` is the motor's limit in N, or inf. Raise ParameterError for an invalid value.
     """
 
     speed: float = SPEED.default

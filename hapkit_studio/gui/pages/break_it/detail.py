@@ -201,7 +201,7 @@ class Detail(QScrollArea):
             self._marker.place(self._record.value, measured_there(chart, here.evidence) if here else None)
 
     def _pick(self, x: float, _y: float) -> None:
-        """Turn the knob to a clicked value if the chart's x axis is the knob."""
+        """Set the knob to a clicked value if the chart's x axis shows the knob's values."""
         scale = self._record.scale
         if scale is not None and self._record.limit is not None:
             low, high = self._record.failure.span
