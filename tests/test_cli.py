@@ -358,10 +358,10 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
 def test_a_spring_too_stiff_for_the_link_is_reported_once_during_the_run(capsys):
     engine = engine_on_bad_link()
     few, enough = MeasuredDelay(5e-3, 1e-4, 99), engine.delay_of("computer")
-    look = live_run.print_link_warning(engine)
+    watch = live_run.print_link_warning(engine)
     for delay, now, lines in ((few, 0.1, 0), (enough, 0.2, 1), (enough, 0.3, 0)):
         engine.delay_of = lambda where, delay=delay: delay
-        look(now)
+        watch(now)
         out, err = capsys.readouterr()
         assert (out, err.count(f"{TOO_STIFF}\n")) == ("", lines)
     engine.fault = Fault(arrays.SLOW_LINK, "Slow.")

@@ -24,9 +24,9 @@ Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
 Keep = Callable[[Sequence, list], None]
 
-# s: duration of a chunk; progress is reported at least every LOOK_SECONDS
+# s: duration of a chunk; progress is reported at least every POLL_SECONDS
 CHUNK_SECONDS = 0.1
-LOOK_SECONDS = 0.15
+POLL_SECONDS = 0.15
 _GROWTH = 8
 # Number of pending chunks per worker, so that no worker idles; number of workers that is assumed if the
 # executor does not report it.
@@ -111,7 +111,7 @@ def _swept(
                 sent = min(first + (chunk or min(size, -(-(len(cells) - first) // many))), len(cells))
                 if submit(first, sent).done():  # a synchronous executor is done already: collect at once
                     break
-            for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
+            for future in wait(under_way, POLL_SECONDS, FIRST_COMPLETED).done:
                 first, last = under_way.pop(future)
                 if future.cancelled():
                     raise LostWorkers

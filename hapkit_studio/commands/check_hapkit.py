@@ -10,7 +10,7 @@ from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import ParameterError
 
-_SIGNS = {"pass": "pass", "look": "LOOK", "fail": "FAIL", "skip": "left out"}
+_SIGNS = {"pass": "pass", "warn": "WARN", "fail": "FAIL", "skip": "left out"}
 DANGER = 1
 """Exit code after a failed check that makes rendering unsafe."""
 

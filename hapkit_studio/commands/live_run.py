@@ -156,7 +156,7 @@ def print_link_warning(engine: Engine) -> Callable[[float], None]:
     """Return a callback that receives a run's time in s, and prints the link's warning once on stderr."""
     done = False
 
-    def look(now: float) -> None:
+    def watch(now: float) -> None:
         nonlocal done
         delay = engine.delay_of(engine.where)
         if done or (now < _MEASURING and (delay is None or delay.total < _FEWEST_DELAYS)):
@@ -166,7 +166,7 @@ def print_link_warning(engine: Engine) -> Callable[[float], None]:
         if words:
             print(printable(words), file=sys.stderr, flush=True)
 
-    return look
+    return watch
 
 
 def play(
@@ -174,12 +174,12 @@ def play(
     reader: RingReader,
     hand: Hand | None,
     seconds: float,
-    look: Callable[[float], None] = lambda now: None,
+    watch: Callable[[float], None] = lambda now: None,
 ) -> tuple[np.ndarray, float]:
     """Run with the scripted hand; return the rows and the duration of the run in s.
 
     The run ends early if the device disappears, if its link is too slow, or if the user presses Ctrl+C. The
-    rows received until then are returned. ``look`` is called regularly with the time.
+    rows received until then are returned. ``watch`` is called regularly with the time.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
@@ -188,7 +188,7 @@ def play(
             if hand is not None:
                 engine.move_hand(None if t >= hand.release else float(hand.target(t)))
             pieces.append(reader.read())
-            look(t)
+            watch(t)
             time.sleep(FRAME_SECONDS)
     interrupts.listen()  # accept Ctrl+C again: an earlier Ctrl+C may have ended the run
     if hand is not None:

@@ -78,7 +78,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_loop(**loop, controller=options.controller)
         engine.set_loop(model="everything")
         say = partial(print, file=sys.stderr, flush=True)
-        return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), say=say)
+        return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), instruct=say)
 
 
 def _device(options: argparse.Namespace) -> Device:

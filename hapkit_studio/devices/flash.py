@@ -76,7 +76,7 @@ ROUNDS = 2
 """Attempts at each speed; a busy board may miss the first one."""
 SILENCE = 20.0
 """s: avrdude is killed after this time without output; a failed attempt takes 6 s."""
-_LOOK = 0.2
+_POLL_SECONDS = 0.2
 _PART = "m328p"
 
 
@@ -154,7 +154,7 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
             if time.monotonic() > deadline:
                 raise
         progress(CONNECTING, 0.0)
-        time.sleep(_LOOK)
+        time.sleep(_POLL_SECONDS)
 
 
 def try_port(port: str) -> None:
@@ -210,7 +210,7 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
     heard = time.monotonic()
     while True:
         try:
-            chunk = chunks.get(timeout=_LOOK)
+            chunk = chunks.get(timeout=_POLL_SECONDS)
         except queue.Empty:
             if os.name == "posix" and not os.path.exists(port):
                 name = port_errors.port_name(port)

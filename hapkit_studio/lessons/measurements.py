@@ -104,7 +104,7 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
             raise NotMeasured(f"{error} Move for longer.") from None
         names = (name, f"{name}_in") if name == "damping" else (name,)
         found = next((e for e in part.estimates if e.key in names and math.isfinite(e.half)), None)
-        if found is None or not found.told:
+        if found is None or not found.determined:
             raise NotMeasured(
                 (found.advice if found else part.advice)
                 or "The value is uncertain. Move farther in both directions."

@@ -22,7 +22,7 @@ from hapkit_studio.sessions.layout import FIRST, MOST_SIGNALS, SIGNAL, Layout, c
 
 _INDEX, _JOURNAL = "-shm", "-journal"
 # s: maximum wait for a journal to disappear, and interval between checks
-_JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01
+_JOURNAL_SECONDS, _JOURNAL_POLL = 0.3, 0.01
 BESIDE = LOG, _INDEX
 """Suffixes of the files that exist next to a session until its recording has ended."""
 SQLITE = b"SQLite format 3\0"
@@ -56,7 +56,7 @@ def _has_journal(path: Path) -> bool:
     while there := _size(path.with_name(path.name + _JOURNAL)):
         if time.monotonic() > end:
             break
-        time.sleep(_JOURNAL_LOOK)
+        time.sleep(_JOURNAL_POLL)
     return bool(there)
 
 

@@ -22,7 +22,7 @@ from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
     """Let sweeps report progress often, so that tasks finish as soon as they are released."""
-    monkeypatch.setattr(sweeps, "LOOK_SECONDS", 0.01)
+    monkeypatch.setattr(sweeps, "POLL_SECONDS", 0.01)
 
 
 CELLS = [0.5 * i for i in range(997)]

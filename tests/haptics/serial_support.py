@@ -88,13 +88,13 @@ class SteppedBoard(HapkitBoard):
     def hear(self, conn, size):
         self.send_messages(*Decoder().feed(conn.frame[:size].tobytes()))
 
-    def told(self, *kinds):
+    def messages(self, *kinds):
         """Return the received messages of some kinds."""
         return [m for m in self.received if isinstance(m, kinds)]
 
     def answer_to(self, seq):
         """Return the force that answers a sample."""
-        return next(f for f in self.told(Force) if f.seq == seq)
+        return next(f for f in self.messages(Force) if f.seq == seq)
 
 
 class SteppedDriver(drivers.SerialDriver):

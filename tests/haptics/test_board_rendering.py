@@ -53,7 +53,7 @@ def test_the_force_fades_out_before_the_handover(rendering):
     last = max(i for i, kind in enumerate(told) if kind is Force)
     assert told.index(Piece) > told.index(Law) > told.index(Board) > 0
     assert last < told.index(Law)
-    assert setup.told(Force)[-1].force == 0.0
+    assert setup.messages(Force)[-1].force == 0.0
 
 
 def test_lost_pieces_of_a_long_law_are_repeated_and_a_board_that_lost_its_law_gets_it_again(rendering):
@@ -62,8 +62,8 @@ def test_lost_pieces_of_a_long_law_are_repeated_and_a_board_that_lost_its_law_ge
     setup.run(10)
     setup.kit.deaf = {Law: 1, Piece: 3}
     setup.go()
-    assert len(setup.told(Law)) == 2
-    assert len(setup.told(Piece)) >= setup.kit.loaded.size / 32 + 3
+    assert len(setup.messages(Law)) == 2
+    assert len(setup.messages(Piece)) >= setup.kit.loaded.size / 32 + 3
     assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
     setup.kit.loaded, setup.kit.generation = None, 0
     setup.run(2)
@@ -81,7 +81,7 @@ def test_constants_beyond_one_message_are_sent_in_several(rendering):
     wanted = np.array(setup.engine.decision().in_force.program.given, np.float32)
     assert np.count_nonzero(wanted != setup.kit.loaded.numbers) > 6
     setup.until(lambda: np.array_equal(wanted, setup.kit.loaded.numbers))
-    assert len(setup.told(Law)) == 1
+    assert len(setup.messages(Law)) == 1
 
 
 def test_more_changed_constants_than_ramps_are_sent_as_a_new_law(rendering):
@@ -90,9 +90,9 @@ def test_more_changed_constants_than_ramps_are_sent_as_a_new_law(rendering):
     way = setup.engine.decision().in_force
     setup.change_all_numbers()
     assert setup.engine.decision().in_force.code_id == way.code_id
-    setup.until(lambda: len(setup.told(Law)) == 2)
+    setup.until(lambda: len(setup.messages(Law)) == 2)
     setup.until(lambda: setup.engine.rendering == "board")
-    assert not setup.told(Tune)
+    assert not setup.messages(Tune)
     assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
 
 
@@ -105,14 +105,14 @@ def test_a_different_law_rate_or_filter_is_sent_as_a_whole(rendering):
         lambda: setup.engine.set_loop(estimator="kalman"),
         lambda: setup.engine.set_where("board", 1000.0),
     ):
-        laws = len(setup.told(Law))
+        laws = len(setup.messages(Law))
         change()
         setup.compiled()
-        setup.until(lambda laws=laws: len(setup.told(Law)) == laws + 1)
+        setup.until(lambda laws=laws: len(setup.messages(Law)) == laws + 1)
         setup.until(lambda: setup.engine.rendering == "board")
         assert setup.kit.loaded.law.period == setup.engine.decision().in_force.period
         assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
-    generations = [law.generation for law in setup.told(Law)]
+    generations = [law.generation for law in setup.messages(Law)]
     assert len(set(generations)) == len(generations)
 
 
@@ -127,7 +127,7 @@ def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     setup.run(150)
     assert setup.engine.rendering == "computer"
-    assert len(setup.told(Law)) == 1
+    assert len(setup.messages(Law)) == 1
     with pytest.raises(ParameterError, match="refuses this law"):
         setup.engine.set_where("board")
     setup.kit.refuses = Refusal.NONE
@@ -179,7 +179,7 @@ def test_the_computer_resumes_with_a_fade(rendering):
     setup.go()
     setup.engine.set_where("computer")
     found = setup.until(lambda: setup.engine.rendering == "computer" and not setup.kit.renders)
-    assert setup.told(Leave)
+    assert setup.messages(Leave)
     back = setup.run(36)
     found = [row[rows.APPLIED_FORCE] for row in back]
     assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
@@ -197,13 +197,13 @@ def test_the_stop_is_sent_first(rendering):
     setup.telemetry = {"flags": int(BoardFlag.STOPPED)}
     row = setup.run(2)[-1]
     assert int(row[rows.FLAGS]) & rows.STOPPED
-    assert setup.told(Stop)
-    laws = len(setup.told(Law))
+    assert setup.messages(Stop)
+    laws = len(setup.messages(Law))
     setup.engine.release_stop()
     setup.telemetry = {}
     setup.run(2)
-    assert setup.told(Stop, Release)[-1] == Release()
-    setup.until(lambda: len(setup.told(Law)) == laws + 1)
+    assert setup.messages(Stop, Release)[-1] == Release()
+    setup.until(lambda: len(setup.messages(Law)) == laws + 1)
     setup.until(lambda: setup.engine.rendering == "board")
     setup.run(40)
     assert not flags(setup.run(1))[-1]
@@ -213,15 +213,15 @@ def test_a_silent_board_gets_no_keep_alive_messages(rendering):
     setup = rendering()
     setup.go()
     setup.run(5)
-    alive, forces = len(setup.told(Alive)), len(setup.told(Force))
+    alive, forces = len(setup.messages(Alive)), len(setup.messages(Force))
     setup.board.fall_silent()
     setup.board.fall_silent()
     assert setup.engine.health().stale
-    assert len(setup.told(HelloRequest)) == 3  # the first of these requests opened the connection
+    assert len(setup.messages(HelloRequest)) == 3  # the first of these requests opened the connection
     setup.run(80)
-    assert (len(setup.told(Alive)), len(setup.told(Force))) == (alive, forces)
+    assert (len(setup.messages(Alive)), len(setup.messages(Force))) == (alive, forces)
     setup.run(60)
-    assert len(setup.told(Alive)) > alive
+    assert len(setup.messages(Alive)) > alive
 
 
 def test_the_computer_renders_what_the_board_cannot(rendering):
@@ -259,7 +259,7 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
     setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go(rate=500)
-    (law,) = setup.told(Law)
+    (law,) = setup.messages(Law)
     coefs = design("kalman", 500, setup.engine.device.quantum)[1]
     assert (law.period, law.estimator) == (4000, 2)
     assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
@@ -268,32 +268,32 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
     assert setup.kit.loaded.data == program.data
     sizes = program.states, len(program.given), program.slots, len(program.code)
     assert (law.states, law.given, law.slots, law.code) == sizes
-    forces, alive = len(setup.told(Force)), len(setup.told(Alive))
+    forces, alive = len(setup.messages(Force)), len(setup.messages(Alive))
     setup.run(100)
-    assert 10 <= len(setup.told(Alive)) - alive <= 30
+    assert 10 <= len(setup.messages(Alive)) - alive <= 30
     setup.kit.deaf = {Tune: 1}
     setup.engine.set_parameter("stiffness", 120.0)
     setup.compiled()
-    setup.until(lambda: len(setup.told(Tune)) == 1)
+    setup.until(lambda: len(setup.messages(Tune)) == 1)
     state = setup.engine.driver.conn.state
     state.tuned_at = math.inf  # the change counts as recent for as long as the test takes
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
     setup.run(20)
-    assert len(setup.told(Tune)) == 1
+    assert len(setup.messages(Tune)) == 1
     state.tuned_at = 0.0
     setup.until(lambda: setup.kit.tuned)
     setup.engine.move_hand(0.01)
     setup.run(80)
-    assert [(t.law, t.count, t.values[0]) for t in setup.told(Tune)] == [
+    assert [(t.law, t.count, t.values[0]) for t in setup.messages(Tune)] == [
         (law.generation, 1, -120.0),
         (law.generation, 1, -130.0),
     ]
     assert setup.kit.loaded.numbers.tolist() == list(setup.engine.decision().in_force.program.given)
-    assert (len(setup.told(Law)), len(setup.told(Force))) == (1, forces)
+    assert (len(setup.messages(Law)), len(setup.messages(Force))) == (1, forces)
     setup.engine.close()
-    assert setup.told(Leave, Force)[-1] == Force(0, 0, 0.0)
-    told = setup.told(Leave, Force)
+    assert setup.messages(Leave, Force)[-1] == Force(0, 0, 0.0)
+    told = setup.messages(Leave, Force)
     left = told.index(Leave())
     assert told[left : left + 2] == [Leave(), Leave()]
     assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
@@ -324,7 +324,7 @@ def test_the_board_receives_zero_and_direction(rendering):
     setup.count = ZERO + 50
     assert setup.run(3)[-1][rows.POSITION] == pytest.approx(-50 * QUANTUM)
     setup.go()
-    (board,) = setup.told(Board)
+    (board,) = setup.messages(Board)
     assert (board.zero, board.sense, board.direction) == (ZERO, -1, -1)
     assert (board.table, board.label, board.counts_per_flip) == (KIT.table, KIT.label, KIT.counts_per_flip)
     row = setup.run(1)[-1]
@@ -338,9 +338,9 @@ def test_a_new_zero_is_sent_to_the_board(rendering):
     setup.count = ZERO + 120
     assert setup.run(2)[-1][rows.POSITION] == pytest.approx(120 * QUANTUM)
     setup.engine.zero_here()
-    setup.until(lambda: len(setup.told(Board)) == 2)
+    setup.until(lambda: len(setup.messages(Board)) == 2)
     setup.until(lambda: setup.engine.rendering == "board")
-    assert setup.told(Board)[-1].zero == ZERO + 120
+    assert setup.messages(Board)[-1].zero == ZERO + 120
     assert setup.run(2)[-1][rows.POSITION] == 0.0
     assert setup.engine.fault is None
 
@@ -384,11 +384,11 @@ def test_faults_latched_by_the_board_are_latched_here_stop_it_and_can_be_cleared
     setup.run(2)
     assert setup.engine.fault.code == arrays.OVER_SPEED
     assert "3.5 m/s" in setup.engine.fault.text
-    assert setup.told(Stop)
+    assert setup.messages(Stop)
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
     setup.engine.clear_fault()
     setup.run(1)
-    assert setup.told(Stop, Release)[-1] == Release()
+    assert setup.messages(Stop, Release)[-1] == Release()
     setup.telemetry = {}
     setup.excuse_over()
     setup.until(lambda: setup.engine.rendering == "board")
@@ -407,10 +407,10 @@ def test_faults_latched_by_the_board_are_latched_here_stop_it_and_can_be_cleared
     row = setup.run(2)[-1]
     assert setup.engine.fault.code == arrays.NOT_A_NUMBER
     assert row[rows.FORCE] == 0.0
-    laws = len(setup.told(Law))
+    laws = len(setup.messages(Law))
     setup.engine.clear_fault()
     setup.telemetry = {}
-    setup.until(lambda: len(setup.told(Law)) == laws + 1)
+    setup.until(lambda: len(setup.messages(Law)) == laws + 1)
     setup.until(lambda: setup.engine.rendering == "board")
     assert setup.engine.fault is None
 

@@ -238,7 +238,7 @@ def test_a_slow_link_does_not_affect_rendering_on_the_board(rendering):
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.rendering == "board")
     assert setup.engine.fault is None
-    assert not setup.told(Stop)
+    assert not setup.messages(Stop)
 
 
 def test_the_links_limit_is_reported_if_the_stiffness_exceeds_it(rendering):

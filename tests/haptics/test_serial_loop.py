@@ -27,7 +27,7 @@ from tests.waiting import PATIENCE, wait_until
 def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
     board, engine = stepped()
     assert len(board.say(samples(0, 1, 2))) == 3
-    assert [f.seq for f in board.told(Force)] == [2]
+    assert [f.seq for f in board.messages(Force)] == [2]
     assert engine.health().missed == 2
 
 
@@ -57,7 +57,7 @@ def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always
     np.testing.assert_allclose(found[:, rows.PERIOD], [1e-3 * (1 + skipped), *[1e-3] * (shown - 1)])
     assert bool(int(found[0, rows.FLAGS]) & rows.GAP) == (skipped > 0)
     np.testing.assert_allclose(found[:, rows.VELOCITY], 10.0 * QUANTUM / 1e-3)
-    assert board.told(Force)[-1].seq == 10
+    assert board.messages(Force)[-1].seq == 10
     health = engine.health()
     assert (health.missed, health.link.lost_frames) == (9, 0)
 
@@ -102,7 +102,10 @@ def test_the_stop_removes_forces_in_an_added_delay(stepped):
     board.say(sample(100))
     engine.release_stop()
     board.say(sample(101))
-    assert [(f.seq, f.behind, f.force) for f in board.told(Force)[-2:]] == [(100, 50, 0.0), (101, 50, 0.0)]
+    assert [(f.seq, f.behind, f.force) for f in board.messages(Force)[-2:]] == [
+        (100, 50, 0.0),
+        (101, 50, 0.0),
+    ]
 
 
 def test_zero_and_direction_can_be_set(stepped):
@@ -180,7 +183,7 @@ def test_every_sample_is_answered_with_the_force_of_the_tick(stepped):
     board, _ = stepped(values=SPRING)
     counts = counts_of()
     out = board.say_one_by_one(frames_of(counts, 65_400))
-    answers = board.told(Force)
+    answers = board.messages(Force)
     x = (np.array(counts) - counts[0]) * QUANTUM
     np.testing.assert_allclose(out[:, rows.POSITION], x, rtol=1e-12, atol=1e-15)
     v = np.diff(x, prepend=x[0]) * 1000.0
@@ -203,7 +206,7 @@ def test_an_added_delay_answers_older_samples_and_the_energy_includes_it(stepped
     frames = [sample(0, counts[0])]
     frames += [sample(k, counts[k], max(k - 1 - added, 0), delay) for k in range(1, 300)]
     out = board.say_one_by_one(frames)
-    answers = board.told(Force)
+    answers = board.messages(Force)
     assert [(a.seq, a.behind) for a in answers] == [(k, added) for k in range(300)]
     late = np.concatenate((np.zeros(added + 1), out[:, rows.APPLIED_FORCE]))
     np.testing.assert_array_equal([a.force for a in answers], np.float32(late[1:301]))
@@ -219,7 +222,7 @@ def test_the_delay_is_measured_while_the_force_is_zero(stepped):
         sample(k, count, max(k - 1, 0), 730 if k else 0) for k, count in enumerate(counts_of(600))
     )
     held = np.count_nonzero(out[:, rows.APPLIED_FORCE] == 0.0)
-    answers = board.told(Force)
+    answers = board.messages(Force)
     assert 500 <= held <= 510
     assert not any(a.force for a in answers[:500])
     assert any(a.force for a in answers[520:])

@@ -30,7 +30,7 @@ _TURNS = 4  # all motions are repeated this many times, in case some are disturb
 _SINE_TURNS, _SINE_REPEATS = 2, 2  # turns and repeats for single sines, which take 1.5 s each
 _STEP = 1e-4  # s: time between points of the script, which the board interpolates linearly
 _MARGIN = 0.02  # s: the loop must also render for this time before and after a motion
-_LOOK_SECONDS = 0.02
+_POLL_SECONDS = 0.02
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING | rows.GAP
 _BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults that a busy computer causes
 
@@ -127,7 +127,7 @@ class _Watch:
     def wait_until(self, end: float) -> None:
         """Read rows until a time in s on the board's clock; raise DeviceError."""
         while self.now < end:
-            time.sleep(_LOOK_SECONDS)
+            time.sleep(_POLL_SECONDS)
             self._check()
             found = self._reader.read()
             if not len(found):

@@ -163,7 +163,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     if not part.estimates:
         return warn("sweep", part.advice, _SWEEP_REMEDY)
     mass, dry = part["mass"], part["coulomb"]
-    if not mass.told:
+    if not mass.determined:
         return warn("sweep", f"Mass: {mass.advice}", _SWEEP_REMEDY)
     damping = part["viscous"].value
     words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"

@@ -141,7 +141,7 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
     if len(values) != len(grid):
         times = (track.time - track.time[0]) / grid.period
         values = np.interp(np.arange(len(grid)), times, values)
-    return windows.held(values)
+    return windows.zero_order_hold(values)
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
@@ -156,16 +156,16 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
         wider = replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0)))
-        if e.told and wider.half > max(abs(e.value), e.term.fine):
+        if e.determined and wider.half > max(abs(e.value), e.term.fine):
             scale = "length: take the marks" if 2.0 * length >= force else "force: take the weights"
-            wider = replace(wider, told=False, advice=f"Cannot tell by such a scale of {scale} again.")
+            wider = replace(wider, determined=False, advice=f"Cannot tell by such a scale of {scale} again.")
         made.append(wider)
     return replace(part, estimates=tuple(made))
 
 
 def changes(part: Part) -> dict[str, float]:
     """Return the settings that a sweep determines; undetermined numbers are left out."""
-    return {e.key: max(e.value, 0.0) for e in part.estimates if e.told}
+    return {e.key: max(e.value, 0.0) for e in part.estimates if e.determined}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-PASS, WARN, FAIL, SKIP = "pass", "look", "fail", "skip"
+PASS, WARN, FAIL, SKIP = "pass", "warn", "fail", "skip"
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ class Identified:
         return {
             "estimates": [
                 {"key": e.key, "unit": e.term.unit, "value": e.value, "low": e.low, "high": e.high}
-                | {"set": e.asked, "expected": e.expected, "told": e.told}
+                | {"set": e.asked, "expected": e.expected, "determined": e.determined}
                 for e in part.estimates
             ],
             "explained": part.explained,

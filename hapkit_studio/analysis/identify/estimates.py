@@ -47,8 +47,8 @@ class Estimate:
     """An estimate with the half width of its 95 % confidence interval, in SI units.
 
     ``asked`` is the value set. ``expected`` is the value that the loop should render from it, with hold,
-    delay and estimator. ``told`` is True if the recording determines the value; otherwise ``advice`` says
-    what to do.
+    delay and estimator. ``determined`` is True if the recording determines the value; otherwise
+    ``advice`` says what to do.
     """
 
     key: str
@@ -56,7 +56,7 @@ class Estimate:
     half: float
     asked: float | None = None
     expected: float | None = None
-    told: bool = True
+    determined: bool = True
     advice: str = ""
 
     @property
@@ -182,16 +182,16 @@ def estimate(
     asked: float | None = None,
     expected: float | None = None,
 ) -> Estimate:
-    """Return the estimate; ``told`` is False if the interval exceeds both the value and ``Term.fine``."""
+    """Return the estimate; it is not determined if its interval exceeds both its value and ``Term.fine``."""
     term, value = TERMS[name], float(value)
     half = max(float(half), _SMALLEST_HALF * term.fine)
     # a mass is positive, and friction does not push
     possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
-    told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
+    determined = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
     words = {
         "travel": f"{compact(1e3 * moved.travel, 2)} mm",
         "speed": f"{compact(1e3 * moved.speed, 2)} mm/s",
         "jolt": f"{compact(moved.jolt, 2)} m/s²",
     }
-    advice = "" if told else f"Unknown. {term.advice.format(**words)}"
-    return Estimate(name, value, half, asked, expected, told, advice)
+    advice = "" if determined else f"Unknown. {term.advice.format(**words)}"
+    return Estimate(name, value, half, asked, expected, determined, advice)

@@ -41,12 +41,12 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
     """Identify the handle; ``released`` states that no hand holds it, if this is not recorded."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
-    held = grid.held & (not released)
-    ways = ((~held, True), (held & setup.hold_known, False))
+    in_hand = grid.in_hand & (not released)
+    ways = ((~in_hand, True), (in_hand & setup.hold_known, False))
     parts = [_least_variance_part(grid, setup, free, free_hand) for free, free_hand in ways]
     found = [part for part in parts if part is not None]
     if not found:
-        unknown = not setup.hold_known and bool(held.any())
+        unknown = not setup.hold_known and bool(in_hand.any())
         return Part("handle", advice=UNKNOWN_HOLD if unknown else NOTHING_MOVES, left_out=grid.left_out)
     return min(found, key=lambda part: part["mass"].half / max(abs(part["mass"].value), 1e-9))
 
@@ -72,9 +72,9 @@ def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
         if windows.length * grid.period < least:
             continue
-        kept = windows.every(chosen & grid.there) & windows.every(grid.known, windows.lead)
-        kept &= windows.every(grid.sign > 0) | windows.every(grid.sign < 0)
-        made = _fitted(grid, setup, windows, kept, released)
+        usable = windows.every(chosen & grid.there) & windows.every(grid.known, windows.lead)
+        usable &= windows.every(grid.sign > 0) | windows.every(grid.sign < 0)
+        made = _fitted(grid, setup, windows, usable, released)
         found += [made] if made is not None else []
     if not found:
         return None
@@ -102,39 +102,39 @@ def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
 
 
 def _fitted(
-    grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool
+    grid: Grid, setup: Setup, windows: Windows, usable: np.ndarray, released: bool
 ) -> _WindowResult | None:
     """Fit at one window length; return None if the acceleration is too noisy or the instruments are weak."""
     sign = np.sign(windows.derivative(grid.sign, 0))
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
     columns = 0.5 * (halves[0] + halves[1])
     made, wider = columns, np.ones(len(NAMES))
-    noise = _noise_fraction(windows, columns[kept], grid.step)
+    noise = _noise_fraction(windows, columns[usable], grid.step)
     rich = bool(noise < _RICH)
     if noise > _POOR and (released or grid.target is None):
         return None
     sure = False
     if not (rich or released or grid.target is None):
-        made, strong = first_stage(grid.target, windows, columns, kept)
+        made, strong = first_stage(grid.target, windows, columns, usable)
         if not (strong[: len(NAMES)] > STRONG).all():
             return None
         sure = bool(noise < _POOR and strong.min() > _STRONG_ALONE)
         wider = widening(strong[: len(NAMES)])
         halves = [made, made]
-    force, fit = _solved(grid, setup, windows, halves, columns, kept, released)
+    force, fit = _solved(grid, setup, windows, halves, columns, usable, released)
     if fit is None:
         return None
-    variances = _error_variances(windows, made, kept)
-    times = grid.begin + windows.middles[kept]
-    moved = sizes(grid.position, windows, kept)
+    variances = _error_variances(windows, made, usable)
+    times = grid.begin + windows.middles[usable]
+    moved = sizes(grid.position, windows, usable)
     part = Part(
         "handle",
         _estimates(fit, wider, grid.step * np.sqrt(variances), moved, setup, released),
         explained=fit.explained,
         turning=moved.turning,
-        seconds=float(kept.sum()) * windows.piece * grid.period,
+        seconds=float(usable.sum()) * windows.piece * grid.period,
         released=released,
-        points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
+        points=Points(times, (*NAMES, "offset"), columns[usable], force[usable], fit, grid.middle),
         left_out=grid.left_out,
     )
     # Window lengths are compared by this variance. A comparison by the fitted intervals would prefer
@@ -148,22 +148,22 @@ def _solved(
     windows: Windows,
     halves: list[np.ndarray],
     columns: np.ndarray,
-    kept: np.ndarray,
+    usable: np.ndarray,
     released: bool,
 ) -> tuple[np.ndarray, Fit | None]:
     """Return the mean forces (windows,) in N and their fit; the fit is None if it failed."""
     rest = columns - 0.5 * (halves[0] + halves[1])
-    force = windows.held(grid.commands)
+    force = windows.zero_order_hold(grid.commands)
     if not released:
-        force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
-    fit = solve(halves[0], halves[1], force, kept, again=True)
+        force = force + windows.derivative(grid.hand, 0) + windows.zero_order_hold(grid.hand_held, 0.0)
+    fit = solve(halves[0], halves[1], force, usable, again=True)
     if not released and fit is not None and fit.beta[0] > 0.0:
         force = force + windows.derivative(_step_errors(grid, setup), 0) / fit.beta[0]
-        fit = solve(halves[0], halves[1], force, kept, again=True)
+        fit = solve(halves[0], halves[1], force, usable, again=True)
     if fit is not None and rest.any():
         # subtract the part of the regressors that the instruments do not explain, because it is not a
         # residual
-        fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept, again=True)
+        fit = solve(halves[0], halves[1], force - rest @ fit.beta, usable, again=True)
     return force, fit
 
 
@@ -187,9 +187,9 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
     )
 
 
-def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def _error_variances(windows: Windows, columns: np.ndarray, usable: np.ndarray) -> np.ndarray:
     """Return the variances (p,) of the coefficients for 1 kg and independent position errors of 1 m."""
-    used = columns * kept[:, None]
+    used = columns * usable[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)
     return np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
@@ -218,7 +218,7 @@ def _step_errors(grid: Grid, setup: Setup) -> np.ndarray:
     motor[whole_periods + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole_periods - 1, 0)]
     own = np.diff(grid.hand_held, prepend=grid.hand_held[0])
     bends = (u * u - u + 1.0 / 6.0) * motor + own / 6.0
-    return np.where(grid.held, -0.5 * setup.grip.damping * grid.period * bends, 0.0)
+    return np.where(grid.in_hand, -0.5 * setup.grip.damping * grid.period * bends, 0.0)
 
 
 def _true_values(setup: Setup, released: bool) -> dict[str, float]:

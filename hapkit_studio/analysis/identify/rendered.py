@@ -42,10 +42,10 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
         windows = Windows(len(grid), piece, grid.period, setup.delay)
         if windows.length * grid.period > LONGEST_SECONDS and piece > PIECES[-1]:
             continue
-        kept = _kept(grid, windows, asked, names)
-        used = int(kept.sum()) * piece
+        usable = _usable(grid, windows, asked, names)
+        used = int(usable.sum()) * piece
         if best is None or used > _GAIN * best[0]:
-            best = used, windows, kept
+            best = used, windows, usable
     assert best is not None  # the loop tries the shortest windows first
     return _fitted(grid, setup, asked, names, *best[1:])
 
@@ -57,15 +57,15 @@ def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
 
 
-def _kept(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
+def _usable(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
     good = grid.law & grid.contact if asked.contact else grid.law
     if asked.settle > 0.0:
         good = good & (grid.gone > asked.settle)
-    kept = windows.every(good, windows.lead)
+    usable = windows.every(good, windows.lead)
     if "friction" in names or "damping_in" in names:
         before = windows.lead + _ESTIMATOR_SAMPLES
-        kept &= windows.every(grid.sign > 0, before) | windows.every(grid.sign < 0, before)
-    return kept
+        usable &= windows.every(grid.sign > 0, before) | windows.every(grid.sign < 0, before)
+    return usable
 
 
 def _columns(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
@@ -83,25 +83,26 @@ def _columns(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, 
 
 
 def _fitted(
-    grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...], windows: Windows, kept: np.ndarray
+    grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...], windows: Windows, usable: np.ndarray
 ) -> Part:
-    columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
+    columns, against = _columns(grid, windows, asked, names), -windows.zero_order_hold(grid.commands)
     left_out = dict(grid.left_out)
     if asked.contact and (away := int((grid.law & ~grid.contact).sum())):
         left_out["not in contact"] = away
-    there = columns[kept].any(axis=0) if kept.any() else np.zeros(len(names) + 1, bool)
+    there = columns[usable].any(axis=0) if usable.any() else np.zeros(len(names) + 1, bool)
     absent = tuple(name for name, any_ in zip(names, there, strict=False) if not any_)
     names, columns = tuple(name for name in names if name not in absent), columns[:, there]
-    fit = solve(columns, columns, against, kept) if there.any() else None
+    fit = solve(columns, columns, against, usable) if there.any() else None
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
-    moved, times = sizes(grid.position, windows, kept), grid.begin + windows.middles[kept]
-    steps = _quantisation_bias(fit, names, windows, columns[kept], grid.step)
+    moved, times = sizes(grid.position, windows, usable), grid.begin + windows.middles[usable]
+    steps = _quantisation_bias(fit, names, windows, columns[usable], grid.step)
     noise = math.sqrt(max(grid.step**2 - setup.quantum**2, 0.0) / 12.0)
     half = (
-        np.maximum(fit.half, QUANTILE * noise * _noise_deviations(fit, names, windows, columns, kept)) + steps
+        np.maximum(fit.half, QUANTILE * noise * _noise_deviations(fit, names, windows, columns, usable))
+        + steps
     )
-    expected = _expected(grid, asked, names, windows, columns, kept)
+    expected = _expected(grid, asked, names, windows, columns, usable)
     known = {"stiffness": asked.stiffness, "friction": asked.friction, "damping_out": 0.0}
     known |= dict.fromkeys(("damping", "damping_in"), asked.damping)
     estimates = [
@@ -115,8 +116,8 @@ def _fitted(
         tuple(estimates),
         explained=fit.explained,
         turning=moved.turning,
-        seconds=float(kept.sum()) * windows.piece * grid.period,
-        points=Points(times, (*names, "offset"), columns[kept], against[kept], fit, grid.middle),
+        seconds=float(usable.sum()) * windows.piece * grid.period,
+        points=Points(times, (*names, "offset"), columns[usable], against[usable], fit, grid.middle),
         left_out=left_out,
         damped=int(grid.damped.sum()),
     )
@@ -139,13 +140,13 @@ def _quantisation_bias(
 
 
 def _noise_deviations(
-    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
+    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, usable: np.ndarray
 ) -> np.ndarray:
     """Return the standard deviations (p,) of the coefficients for white position noise of 1 m.
 
     The errors of overlapping windows are correlated.
     """
-    used = np.where(kept[:, None], columns, 0.0)
+    used = np.where(usable[:, None], columns, 0.0)
     of_samples = np.zeros((windows.count, len(fit.beta)))
     for i, name in enumerate(names):
         if name in _DERIVATIVES:
@@ -162,7 +163,7 @@ def _expected(
     names: tuple[str, ...],
     windows: Windows,
     columns: np.ndarray,
-    kept: np.ndarray,
+    usable: np.ndarray,
 ) -> dict[str, float]:
     """Return the estimates that are expected if the law renders exactly the values set."""
     if not asked.simple:
@@ -172,7 +173,7 @@ def _expected(
         rate = np.where(rate * asked.one_way > 0.0, rate, 0.0)
     commands = -(asked.stiffness or 0.0) * depth - (asked.damping or 0.0) * rate
     commands -= (asked.friction or 0.0) * np.sign(grid.speed)
-    fit = solve(columns, columns, -windows.held(commands), kept)
+    fit = solve(columns, columns, -windows.zero_order_hold(commands), usable)
     return dict(zip((*names, "offset"), fit.beta.tolist(), strict=True)) if fit else {}
 
 
@@ -194,7 +195,7 @@ def _centre(
         return []
     at = names.index("stiffness")
     found = estimates[at]
-    if not found.told or found.half > 0.5 * abs(found.value):
+    if not found.determined or found.half > 0.5 * abs(found.value):
         return []
     still = found.value
     if found.expected is not None and asked.stiffness is not None:

@@ -62,7 +62,7 @@ class Grid:
     hand: np.ndarray
     hand_held: np.ndarray
     hand_known: bool
-    held: np.ndarray
+    in_hand: np.ndarray
     there: np.ndarray
     law: np.ndarray
     known: np.ndarray
@@ -118,7 +118,7 @@ def lay(recording: Recording) -> Grid:
         hand=hand,
         hand_held=spread(recording.hand_held),
         hand_known=hand_known,
-        held=(hand != 0.0) | (spread(recording.hand_held) != 0.0),
+        in_hand=(hand != 0.0) | (spread(recording.hand_held) != 0.0),
         there=there,
         law=law,
         known=there & (flags & _MOTOR_OFF == 0),
@@ -256,7 +256,7 @@ class Windows:
             kernel = np.where(np.arange(len(kernel)) % 2 == part, 2.0 * kernel, 0.0)
         return self._sums(series, kernel, 0)
 
-    def held(self, commands: np.ndarray, delay: float | None = None) -> np.ndarray:
+    def zero_order_hold(self, commands: np.ndarray, delay: float | None = None) -> np.ndarray:
         """Return the mean (windows,) of the delayed zero-order-hold force of commands in N."""
         late = self.delay if delay is None else delay
         edges = np.arange(-self.lead, self.length + 1) * self.period + late

@@ -47,12 +47,12 @@ def measured(estimate: Estimate) -> str:
 
 def confirms(estimate: Estimate) -> bool:
     """Return True if the rounded interval contains the value set."""
-    return estimate.told and estimate.asked is not None and not deviation(estimate)
+    return estimate.determined and estimate.asked is not None and not deviation(estimate)
 
 
 def deviation(estimate: Estimate) -> str:
     """Format the deviation from the value set, as in "0.6 N/m less"; "" if the interval contains it."""
-    if not estimate.told or estimate.asked is None:
+    if not estimate.determined or estimate.asked is None:
         return ""
     value, half, decimals = _rounded(estimate)
     apart = value - _unit(estimate)[1] * estimate.asked
@@ -90,7 +90,7 @@ def had(estimate: Estimate, setup: Setup | None) -> str:
 def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
     """Format one estimate as a sentence."""
     label, unit = estimate.term.label, unit_of(estimate)
-    if not estimate.told:
+    if not estimate.determined:
         return f"{label}: {estimate.advice}"
     if estimate.asked is None:
         return f"{label}: {measured(estimate)} {unit}."
@@ -105,7 +105,7 @@ def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
 def differs(estimate: Estimate) -> bool:
     """Return True if the rendered value differs noticeably from the value set."""
     asked, expected = estimate.asked, estimate.expected
-    if not estimate.told or asked is None or expected is None or estimate.key == "centre":
+    if not estimate.determined or asked is None or expected is None or estimate.key == "centre":
         return False
     return not estimate.holds(asked) and abs(estimate.value - asked) >= _WORTH_A_REASON * estimate.term.fine
 
@@ -215,7 +215,7 @@ def notes(part: Part, setup: Setup, total: int) -> list[str]:
     found = []
     for estimate in part.estimates:
         reason = why(estimate) if part.key == "rendered" else ""
-        if not estimate.told:
+        if not estimate.determined:
             found.append(line(estimate, part.key))
         elif reason:
             found.append(f"{estimate.term.label}: {reason[0].lower()}{reason[1:]}")

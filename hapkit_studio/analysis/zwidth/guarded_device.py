@@ -29,7 +29,7 @@ WALL = replace(
 )
 # N/m: stable on every Hapkit
 CALM = 100.0
-_LOOK_SECONDS = 0.004
+_POLL_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
 _CHANGED = "The settings were changed. The measurement ended."
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
@@ -78,15 +78,15 @@ class GuardedDevice:
     """Context manager: set the wall and limit the force; restore all settings on exit.
 
     The wall replaces the present environment, at the same position. ``into`` is 1 if the wall is on the
-    right, -1 if it is on the left. ``say`` receives instructions for the user. ``look`` is called about 100
+    right, -1 if it is on the left. ``instruct`` receives texts for the user. ``poll`` is called about 100
     times per second and may raise to abort. ``clamped`` is True if a sample collected with ``judged`` reached
     the force limit.
     """
 
     def __init__(
-        self, engine: Engine, limits: TrialLimits, say: Callable[[str], object], look: Callable[[], None]
+        self, engine: Engine, limits: TrialLimits, instruct: Callable[[str], object], poll: Callable[[], None]
     ):
-        self.engine, self.limits, self.say, self._look = engine, limits, say, look
+        self.engine, self.limits, self.instruct, self._poll = engine, limits, instruct, poll
         self._before = engine.environment, engine.values, engine.grip
         self._place = engine.values if engine.environment is _PERSONS else WALL.values()
         self.surface = self._place["position"]
@@ -148,7 +148,7 @@ class GuardedDevice:
         """Return the rows of the next seconds, by the device's clock.
 
         If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted, or an
-        exception of ``look``, within a few ms.
+        exception of ``poll``, within a few ms.
         """
         found, first = [self._reader.read()[:0]], None
         heard = time.monotonic()
@@ -167,10 +167,10 @@ class GuardedDevice:
                     return np.concatenate(found)
             elif time.monotonic() - heard > _SILENCE_SECONDS:
                 raise Interrupted(f"{self.engine.device.title} sends no data. The measurement ended.")
-            time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
+            time.sleep(min(_POLL_SECONDS, 0.05 * seconds))
 
     def _check(self) -> None:
-        self._look()
+        self._poll()
         if self.engine.stopped:
             raise Interrupted("Stopped. Force is zero. Release the E-stop, then measure again.")
         fault = self.engine.fault

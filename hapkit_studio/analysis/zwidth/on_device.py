@@ -57,20 +57,20 @@ def measure(
     person: bool | None = None,
     progress: Progress = no_progress,
     arrived: Arrived = lambda damping, point: None,
-    say: Callable[[str], object] = lambda words: None,
+    instruct: Callable[[str], object] = lambda words: None,
 ) -> result.ZWidth:
     """Return the Z-width of a running engine's device with its current loop.
 
     ``person`` is True if a person presses; if it is None, a person presses if the device has no simulated
-    hand. ``say`` receives instructions. Raise ParameterError, Interrupted, and any exception of ``progress``;
-    the settings are restored in any case.
+    hand. ``instruct`` receives texts for the user. Raise ParameterError, Interrupted, and any exception of
+    ``progress``; the settings are restored in any case.
     """
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
         person = not engine.device.simulated_hand
     steps = _TrialProgress(limits, len(levels), progress)
     points: list[result.Point] = []
-    with GuardedDevice(engine, limits, say, steps.look) as guarded:
+    with GuardedDevice(engine, limits, instruct, steps.poll) as guarded:
         hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
             points.append(_stiffest_at(guarded, hand, level, steps))
@@ -174,11 +174,11 @@ class Person:
                 push = self._guarded.limits.push
                 words = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
             if words != last_text:
-                self._guarded.say(words)
+                self._guarded.instruct(words)
             last_text = words
             if time.monotonic() > end:
                 raise Interrupted(f"No press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
-        self._guarded.say("Hold")
+        self._guarded.instruct("Hold")
 
     def press(self, stiffness: float) -> None:
         """Do nothing, because the person presses."""
@@ -198,7 +198,7 @@ class _TrialProgress:
         self._of, self._progress = levels * self._each, progress
         self._level = self._done = 0
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Report progress; the callback may raise to abort."""
         self._progress(self._done, self._of)
 
@@ -209,7 +209,7 @@ class _TrialProgress:
         """Count a level as done, and report progress."""
         self._level += 1
         self._done = self._level * self._each
-        self.look()
+        self.poll()
 
 
 def _stiffest_at(

@@ -72,8 +72,8 @@ def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, style: LineStyle
 def settings_name(environment: Environment, values: dict[str, float]) -> str:
     """Return a name for settings: the environment, its first parameter, and non-default parameters."""
     first = environment.parameters[:1]
-    told = [p for p in environment.parameters if p in first or values[p.key] != p.default]
-    return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in told)])
+    shown = [p for p in environment.parameters if p in first or values[p.key] != p.default]
+    return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in shown)])
 
 
 class HeldTraces(QObject):

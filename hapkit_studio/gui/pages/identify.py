@@ -99,12 +99,12 @@ def columns(part: "Part") -> tuple[Column, ...]:
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
 
     def found(estimate: "Estimate") -> str:
-        return words.measured(estimate) if estimate.told else "unknown"
+        return words.measured(estimate) if estimate.determined else "unknown"
 
     return (
         Column("Term", lambda e: f"{e.term.label}\n{words.unit_of(e)}", right=False),
         Column(heads[0], lambda e: words.plain(e.asked, e), lambda e: e.asked or 0.0, lambda e: "ink2"),
-        Column(heads[1], found, lambda e: e.value, lambda e: "ink" if e.told else "warn"),
+        Column(heads[1], found, lambda e: e.value, lambda e: "ink" if e.determined else "warn"),
     )
 
 
@@ -247,9 +247,9 @@ class IdentifyPage(MeasuringPage):
         if outdated:
             self.answer.say(outdated)
             return
-        told = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
-        sign = ("triangle", "warn") if not told else ("info", "ink2")
-        if told and words.confirms(part.estimates[0]):
+        determined = bool(part.estimates) and part.estimates[0].determined and not self.found.surprises(part)
+        sign = ("triangle", "warn") if not determined else ("info", "ink2")
+        if determined and words.confirms(part.estimates[0]):
             sign = ("check", "ok")
         self.answer.say(self.found.sentences(part)[0], *sign)
 

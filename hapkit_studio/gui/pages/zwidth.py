@@ -119,7 +119,7 @@ class ZWidthPage(MeasuringPage):
             from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 
             limits, arrived, say = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
-            return on_device.measure(engine, limits=limits, progress=progress, arrived=arrived, say=say)
+            return on_device.measure(engine, limits=limits, progress=progress, arrived=arrived, instruct=say)
 
         return work
 

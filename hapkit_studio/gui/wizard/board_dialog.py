@@ -194,13 +194,13 @@ class ResultBox(QFrame):
         vbox((hbox(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
         self.setMinimumHeight(66)  # two lines are reserved, so that most results do not move other widgets
 
-    def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
+    def show_text(self, words: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL) -> None:
         """Show text and remedy with an icon and its colour."""
         self.words.setText(words)
         self.remedy.setText(remedy)
         self.remedy.setVisible(bool(remedy))
-        self.sign.show_sign(*look)
-        mark(self, "tone", look[1])
+        self.sign.show_sign(*sign)
+        mark(self, "tone", sign[1])
         self.setAccessibleName(f"{words} {remedy}".strip())
 
     def show_result(self, result: CheckResult) -> None:

@@ -40,7 +40,7 @@ class CheckDialog(BoardDialog):
         self.test.clicked.connect(self.run)
         self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
-        self.board.refused.connect(lambda words: self._show_ready(words, look=SIGNS[WARN]))
+        self.board.refused.connect(lambda words: self._show_ready(words, sign=SIGNS[WARN]))
         self.board.failed.connect(self._failed)
         self.box.show_working("Starting the board…")
 
@@ -81,7 +81,7 @@ class CheckDialog(BoardDialog):
     def _finished(self, report: Report) -> None:
         self.report = report
         self._show_ready(
-            report.words, look=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN]
+            report.words, sign=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN]
         )
 
     def _failed(self, words: str) -> None:
@@ -91,10 +91,10 @@ class CheckDialog(BoardDialog):
         self.test.setEnabled(False)
 
     def _show_ready(
-        self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL, button: str = "Test again"
+        self, words: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL, button: str = "Test again"
     ) -> None:
         """Show a state, and enable the button that starts the test."""
-        self.box.show_text(words, remedy, look)
+        self.box.show_text(words, remedy, sign)
         self.test.setText(button)
         self.test.setEnabled(True)
         self.close_button.setText("Close")

@@ -210,7 +210,7 @@ class SetupDialog(BoardDialog):
         """Restart the steps, because all results have been undone."""
         self.reset()
         words = "The board has its old settings again, so there is nothing to save."
-        self.step.box.show_text(words, look=SIGNS[PASS])
+        self.step.box.show_text(words, sign=SIGNS[PASS])
 
     def _changed(self) -> None:
         """Show a step's result; if the step is done, move the focus to Next."""

@@ -56,7 +56,7 @@ class ConnectStep(StepPage):
             "settings that were saved on it" if now.origin == Origin.STORED else "settings of the usual kit"
         )
         self.box.show_text(
-            f"The board is connected. It uses the {stored}. The force is zero.", look=SIGNS[PASS]
+            f"The board is connected. It uses the {stored}. The force is zero.", sign=SIGNS[PASS]
         )
 
     def reset(self) -> None:

@@ -70,8 +70,8 @@ class FrictionStep(StepPage):
         unknown = []
         for key, name in _ESTIMATES.items():
             e = part[key]
-            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "unknown")
-            unknown += [] if e.told else [f"{name}: {e.advice}"]
+            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.determined else "unknown")
+            unknown += [] if e.determined else [f"{name}: {e.advice}"]
         if unknown:
             self.finish(
                 warn("unknown", " ".join(unknown), "Put the handle in the middle and start the sweep again.")

@@ -93,7 +93,7 @@ class ScaleStep(StepPage):
         taken = len(self._marks)
         if taken < len(PLACES):
             words = f"The mark at {_mm(mark.place)} is taken. Move the handle to {_mm(PLACES[taken])}."
-            self.box.show_text(words, look=SIGNS[PASS])
+            self.box.show_text(words, sign=SIGNS[PASS])
         else:
             self._fit()
         self._offer_mark()
@@ -153,7 +153,7 @@ class ScaleStep(StepPage):
             self._fit()  # this shows at once whether the existing marks agree with the radii
         else:
             words = "The board now uses these radii. Take the marks to check them."
-            self.box.show_text(words, look=SIGNS[PASS])
+            self.box.show_text(words, sign=SIGNS[PASS])
 
     def _show_radii(self) -> None:
         for key, box in self.radii.items():

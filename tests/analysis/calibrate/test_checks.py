@@ -66,7 +66,7 @@ def test_each_fault_is_found_by_its_own_check(check, kit, key, found):
 
 def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
     found = (
-        Estimate("mass", 0.05, 0.09, told=False, advice="The value is uncertain."),
+        Estimate("mass", 0.05, 0.09, determined=False, advice="The value is uncertain."),
         *map(_known, ("viscous", "coulomb")),
     )
     swept = SweepResult(default().board, Part("handle", found), None)

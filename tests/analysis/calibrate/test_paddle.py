@@ -49,7 +49,7 @@ def test_uncertain_scales_make_estimates_undetermined():
     part = swept(PaddleKit()).part
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
-        assert [wider[key].told for key in NAMES] == [told, told, True]
+        assert [wider[key].determined for key in NAMES] == [told, told, True]
         assert set(paddle.changes(wider)) == (set(NAMES) if told else {"coulomb"})
         assert ("take the marks again" in wider["mass"].advice) != told
     assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice

@@ -60,7 +60,9 @@ def told(hand, scene, values, estimator):
     """Return |error| / half width, and whether the interval contains the truth, for each reported value."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
-    return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]
+    return [
+        (abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.determined
+    ]
 
 
 @pytest.mark.slow
@@ -81,6 +83,6 @@ def test_identified_values_are_true():
 def test_a_constant_speed_never_gives_a_negative_mass():
     run = hs.simulate("damping", {"damping": 3.0}, hand="pet", estimator="iir", seconds=8.0)
     part = identify(from_run(run)).handle
-    assert not any(e.told for e in part.estimates)
+    assert not any(e.determined for e in part.estimates)
     assert "Unknown" in part.advice
     assert "shake" in part.advice

@@ -138,7 +138,7 @@ def test_a_window_averages_a_cubic_and_its_derivatives(piece):
 def test_a_held_delayed_force_is_integrated_exactly():
     commands, delay = np.random.default_rng(2).normal(size=60), 2.6e-3
     windows = Windows(60, 4, PERIOD, delay)
-    found = windows.held(commands)
+    found = windows.zero_order_hold(commands)
     for number, start in ((0, windows.starts[0]), (3, windows.starts[3])):
         total = 0.0
         for k, command in enumerate(commands):

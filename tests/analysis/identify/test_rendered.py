@@ -35,7 +35,7 @@ def test_a_ramp_has_no_frequency():
     run = hs.simulate("spring", hand=hs.Prescribed(lambda t: 0.012 * t), seconds=0.66)
     found = identify(from_run(run)).as_json()
     assert found["parts"]["rendered"]["motion_Hz"] is None
-    assert found["parts"]["rendered"]["estimates"][0]["told"]
+    assert found["parts"]["rendered"]["estimates"][0]["determined"]
 
 
 def test_a_wall_is_judged_by_its_contacts_only():
@@ -56,7 +56,7 @@ def test_damping_on_the_way_in_is_found_there_only():
     pressed = identify(from_run(hs.simulate("wall", values, hand="press", seconds=3.0, rate=4000.0))).rendered
     assert pressed["damping_in"].asked == 8.0
     assert pressed["damping_in"].value == pytest.approx(8.0 - 200.0 * 0.125e-3, abs=0.15)
-    assert not pressed["damping_out"].told
+    assert not pressed["damping_out"].determined
     assert "Come out faster" in pressed["damping_out"].advice
 
 
@@ -87,7 +87,7 @@ def test_lost_samples_are_a_gap_not_a_jump():
 
 def test_motionless_recordings_give_advice_instead_of_values():
     still = identify(from_run(hs.simulate("spring", seconds=1.0))).rendered
-    assert not any(e.told for e in still.estimates)
+    assert not any(e.determined for e in still.estimates)
     assert "Move" in (still.advice or still.estimates[0].advice)
     away = identify(from_run(hs.simulate("wall", seconds=1.0))).rendered
     assert away.advice == "Unknown: the handle never touched the surface. Push into it."
@@ -97,7 +97,7 @@ def test_slow_recordings_do_not_determine_the_damping():
     # the sine has an amplitude of 0.02 mm, which is about one sensor count
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
-    assert not part["damping"].told
+    assert not part["damping"].determined
     assert part["damping"].advice.startswith("Unknown. Move faster: the highest speed in these samples is")
     assert math.isfinite(part["stiffness"].half)
 

@@ -54,7 +54,7 @@ def test_an_interval_without_the_set_value_states_the_deviation(key, value, half
 
 def test_only_determined_and_set_values_are_confirmed():
     assert not confirms(Estimate("stiffness", 600.0, 0.5))
-    assert not confirms(Estimate("stiffness", 600.0, 700.0, 600.0, told=False))
+    assert not confirms(Estimate("stiffness", 600.0, 700.0, 600.0, determined=False))
     assert deviation(Estimate("stiffness", 300.0, 0.5)) == ""
 
 

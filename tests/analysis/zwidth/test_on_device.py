@@ -237,7 +237,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
         if words != "Hold":  # the hand moves like a grip of 200 N/m in series with the wall
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
-    found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)
+    found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, instruct=person)
     assert said[0] == "Press gently into the wall and hold."
     gentler = next(words for words in said if words.startswith("Press more gently: "))
     assert float(gentler.split()[3]) == pytest.approx(1.9, abs=0.15)
