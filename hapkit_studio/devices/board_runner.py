@@ -327,7 +327,9 @@ def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
     distance = abs(handle.x - handle.start)
     if distance > limits.travel:
         limit = f"(limit {1e3 * limits.travel:.0f} mm)"
-        raise AbortedError(f"The handle has moved {1e3 * distance:.0f} mm {limit}. Force is zero.")
+        raise AbortedError(
+            f"The handle has moved {1e3 * distance:.0f} mm from its start {limit}. Force is zero."
+        )
     if abs(handle.v) > limits.speed:
         raise AbortedError(
             f"The handle moves at {abs(handle.v):.2f} m/s (limit {limits.speed:.2f} m/s). Force is zero."

@@ -102,7 +102,7 @@ def forbidden(port: str) -> PortPermissionError:
     if not command:
         return PortPermissionError(f"{title} {words}")
     full = f"{title} Run `{command}`. {words}"
-    brief = full if len(full) < _BANNER else f"{title} Copy the command, run it in a terminal. {words}"
+    brief = full if len(full) < _BANNER else f"{title} Copy the command and run it in a terminal. {words}"
     return PortPermissionError(full, brief=brief, command=command)
 
 
@@ -117,7 +117,7 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
     if known is None or known.role is not Role.KIT:
         return NotAHapkitError(f"{what} Flash the firmware, or choose another port.", step=FLASH)
     if sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard) >= _TEXT_SHARE * max(len(heard), 1):
-        what = f"{name} sends text instead of data of a Hapkit."
+        what = f"{name} sends text instead of Hapkit data."
     why = (
         "The board runs another sketch" if heard else "The board has no firmware yet, or runs another sketch"
     )

@@ -211,15 +211,18 @@ class Latency:
         """Return the latency as text with a remedy if needed; "" without a timer."""
         if self.timer is None:
             return ""
-        said = f"USB latency timer {1e3 * self.timer:.0f} ms"
+        ms = f"{1e3 * self.timer:.0f} ms"
         if not self.long:
-            return f"{said}."
+            return f"The USB chip delays data by up to {ms}."
         remedy = {
             "win32": "Set it to 1 ms in the Device Manager (port, Port Settings, Advanced)",
             "darwin": "Set it to 1 ms with FTDI's own driver",
         }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
-        known = "" if self.known else ", as far as known"
-        return f"{said}{known}. {remedy}, let Set up my Hapkit fill the USB packets, or render on the board."
+        known = "" if self.known else " (the usual value)"
+        return (
+            f"The USB chip delays data by up to {ms}{known}. {remedy}, or let Set up my Hapkit fill the USB "
+            "packets, or let the board compute the force."
+        )
 
 
 def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:

@@ -114,7 +114,7 @@ def test_probing_a_kit_gives_firmware_and_settings(plugged, capsys, monkeypatch)
     assert found["text"].startswith(
         "Firmware test, version 4, 760 bytes of memory for a law. "
         "Kit 'fake kit', 20.0 µm of travel per count, force limit 2.5 N. "
-        "Settings are default: nothing is stored. USB latency timer 16 ms"
+        "Settings are default: nothing is stored. The USB chip delays data by up to 16 ms"
     )
     monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
     assert cli.main(["devices", "--probe", "--json"]) == 0
@@ -153,7 +153,7 @@ def test_other_devices_are_neither_probed_nor_flashed(plugged):
         ),
         (
             b"x=1.25,F=0\r\n",
-            "{} sends text instead of data of a Hapkit. The board runs another sketch: flash the firmware.",
+            "{} sends text instead of Hapkit data. The board runs another sketch: flash the firmware.",
         ),
         (
             b"\xfe\x81\x00",
@@ -288,7 +288,7 @@ def test_a_short_timer_needs_no_remedy(timer):
     latency = shorten_latency(line, "/dev/ttyUSB0", A)
     assert line.asked == [True]
     assert latency == Latency(0.001, True, "/dev/ttyUSB0")
-    assert latency.words == "USB latency timer 1 ms."
+    assert latency.words == "The USB chip delays data by up to 1 ms."
 
 
 @pytest.mark.parametrize("refuses", [OSError(1, "Operation not permitted"), ValueError(), AttributeError()])
@@ -296,15 +296,15 @@ def test_a_refusal_is_reported_with_a_remedy(timer, refuses):
     timer("16\n")
     latency = shorten_latency(Line(refuses), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, True, "/dev/ttyUSB0")
-    assert latency.words.startswith("USB latency timer 16 ms. Run `echo 1 | sudo tee ")
+    assert latency.words.startswith("The USB chip delays data by up to 16 ms. Run `echo 1 | sudo tee ")
     assert "/ttyUSB0/latency_timer`" in latency.words
-    assert "render on the board" in latency.words
+    assert "let the board compute the force" in latency.words
 
 
 def test_an_unreadable_timer_is_the_default_and_other_chips_have_none(timer, monkeypatch):
     latency = shorten_latency(Line(), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, False, "/dev/ttyUSB0")
-    assert "as far as known" in latency.words
+    assert "the usual value" in latency.words
     for identity in (NOWHERE, Identity(0x2341, 0x0043)):
         none = shorten_latency(Line(), "/dev/ttyACM0", identity)
         assert (none.timer, none.long, none.words) == (None, False, "")

@@ -71,7 +71,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         occupy_stem(stage, motion, stage.rail)
         places = (_surface(values), min(motion.position, _surface(values)), motion.position)
         spots = [(stage.x(place) - 12 * stage.u, stage.rail - 15 * stage.u, -1) for place in places]
-        stage.write(f"{downs:.0f} in, {ups:.0f} out", spots, "ink", 13.0, 600)
+        stage.write(f"{downs:.0f} clicks in, {ups:.0f} clicks out", spots, "ink", 13.0, 600)
 
 
 SCENE = Scene(ENVIRONMENT, fixed, moving, words)

@@ -120,6 +120,10 @@ def without_tags(words: str) -> str:
 
 def is_message(words: str, *, law: bool = False) -> bool:
     """Return True for a whole text of several words; False for a piece of a text, a template or code."""
+    if re.fullmatch(r"(The|A|An|Its) \S+( \S+)?", words) and not words.endswith(
+        "."
+    ):  # the subject of a sentence
+        return False
     own = _WORD.findall(re.sub(r"\{[^}]*\}", " ", words))
     if len(own) < max(2, words.count("{")) or " " not in words.strip() or _NO_MESSAGE.search(words):
         return False

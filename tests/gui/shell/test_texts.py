@@ -88,6 +88,7 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
         "runs half a step ahead, which",
         ", held by the motor",
         "Counts grow to the",
+        "The velocity estimator",
         "{name}: {value} {unit}",
         "lower left",
         "Session (*.hks)",
