@@ -14,7 +14,7 @@ DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
 
 
 def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:
-    """Return numbers as one row (n,), each within the limits of ``what``; raise ParameterError."""
+    """Return numbers as one row (n,); raise ParameterError if a number is outside the limits of ``what``."""
     try:
         found = np.atleast_1d(np.asarray(values))
     except ValueError:
@@ -28,7 +28,7 @@ def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -
 
 
 def whole_number(value: object, name: str, least: int) -> int:
-    """Return an integer of at least ``least``; raise ParameterError."""
+    """Return ``value`` as an integer; raise ParameterError if it is not an integer of at least ``least``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise ParameterError(f"{name} takes a whole number, {least} or more, not {_shown(value)}.")
     return int(value)

@@ -52,9 +52,9 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor]:
-    """Yield an executor on the Dask scheduler at an address such as tcp://host:8786; raise ClusterError.
+    """Yield an executor on the Dask scheduler at an address such as tcp://host:8786.
 
-    Every worker needs the same version of the studio.
+    Raise ClusterError if there is no scheduler, or a worker has a different version of the studio.
     """
     try:
         import distributed

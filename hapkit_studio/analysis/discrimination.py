@@ -1,4 +1,4 @@
-"""The just-noticeable difference of a person: two intervals, an adaptive staircase, a fitted function.
+"""The just-noticeable difference of a person, measured by comparisons in an adaptive staircase.
 
 Each comparison has two intervals in random order: one renders a base value, the other the base plus a step.
 The person says in which interval the value is larger. The step falls after three right answers in a row and
@@ -102,7 +102,7 @@ def event(one: Comparison) -> dict[str, Any]:
 
 
 def comparisons(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Comparison]:
-    """Return the answers among a session's events; raise FileError naming a wrong value."""
+    """Return the answers among a session's events; raise FileError for a wrong value."""
     found: list[Comparison] = []
     for at, what in enumerate(events, 1):
         place = f"{name}: comparison {at}".lstrip(": ")

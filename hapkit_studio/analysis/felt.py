@@ -51,7 +51,7 @@ def last_cycle(
     if not len(x) or np.ptp(x) < least:
         return None
     middle, back = 0.5 * (x.max() + x.min()), 0.25 * np.ptp(x)
-    # The hysteresis is a quarter of the motion.
+    # The hysteresis of the crossings is a quarter of the peak-to-peak motion.
     state = np.where(x > middle, 1, np.where(x < middle - back, -1, 0))
     marked = np.flatnonzero(state)
     rises = marked[1:][(state[marked[1:]] == 1) & (state[marked[:-1]] == -1)]

@@ -249,7 +249,7 @@ class Run:
         return self._left[0] if self._left else None
 
     def restart(self) -> None:
-        """Begin the present trial again."""
+        """Begin the current trial again."""
         self.going = False
         self._wait = float(self._chance.uniform(*HOLD))
         self._time, self._place = np.empty(0), np.empty(0)
@@ -296,7 +296,7 @@ def event(one: Trial) -> dict[str, Any]:
 
 
 def trials(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Trial]:
-    """Return the trials among a session's events of kind POINTING; raise FileError naming a wrong value."""
+    """Return the trials among a session's events of kind POINTING; raise FileError for a wrong value."""
     found: list[Trial] = []
     for at, what in enumerate(events, 1):
         place = f"{name}: pointing trial {at}".lstrip(": ")

@@ -1,4 +1,4 @@
-"""The simulated handle of loop settings."""
+"""Build a simulated handle from loop settings."""
 
 import math
 

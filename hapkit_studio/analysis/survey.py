@@ -100,10 +100,10 @@ def compute_rows(axes: Axes, rows: Sequence[int]) -> list[bytes]:
 def compute(
     path: Path, axes: Axes, executor: Executor | None = None, progress: Progress = no_progress
 ) -> int:
-    """Compute the missing rows of a survey's file and return their number; raise SurveyError.
+    """Compute the missing rows of a survey's file and return their number.
 
-    The file is created if it is missing. A file with different axes is rejected. ``progress`` counts all
-    rows, including those that were already computed.
+    The file is created if it is missing. Raise SurveyError if the file has different axes or is no survey.
+    ``progress`` counts all rows, including those that were already computed.
     """
     _check_size(axes)
     with _opened(path, axes) as database:
@@ -128,7 +128,7 @@ def compute(
 
 
 def read(path: Path) -> tuple[Axes, np.ndarray]:
-    """Return the axes, and the limits in N/m in their shape, NaN if not yet computed; raise SurveyError."""
+    """Return the axes, and the limits in N/m with the shape of the axes; limits not yet computed are NaN."""
     with _opened(path) as database:
         axes = _axes(database, path.name)
         table = np.full((math.prod(axes.shape[:-1]), axes.shape[-1]), np.nan, _NUMBER)
@@ -154,7 +154,7 @@ def _rows(database: sqlite3.Connection, axes: Axes) -> Iterator[tuple[int, np.nd
 
 
 def _axes(database: sqlite3.Connection, name: str) -> Axes:
-    """Return the validated axes in a survey's file; raise FileError, DataError."""
+    """Return the validated axes in a survey's file; raise FileError or DataError if they are invalid."""
     found, place = database.execute("SELECT axes FROM about").fetchall(), f"{name}: axes"
     if len(found) != 1 or not isinstance(found[0][0], str):
         raise sqlite3.DataError("its axes are damaged")

@@ -70,7 +70,8 @@ def sweep(
     low-priority threads on all cores are used, which suits compiled tasks. ``progress`` is called in the
     calling thread. Its exceptions, and those of a task, are raised after pending chunks are cancelled.
     ``chunk`` is the number of cells per chunk, None for about 0.1 s. ``store`` receives each chunk's cells
-    and results in the calling thread as they arrive; the returned list is then empty. Raise ParameterError.
+    and results in the calling thread as they arrive; the returned list is then empty. Raise ParameterError
+    for an invalid ``chunk``.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)

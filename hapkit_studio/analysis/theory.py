@@ -25,7 +25,7 @@ _SECONDS = 0.05  # s: processor time after which sampling of a slow law stops
 
 @dataclass(frozen=True)
 class Curve:
-    """Samples x (n,), ascending in SI units, and force (m, n) in N; ``even`` marks those at even steps."""
+    """Samples x (n,), ascending in SI units, and force (m, n) in N; ``even`` marks samples at even steps."""
 
     force_at: Force
     x: np.ndarray

@@ -40,7 +40,7 @@ def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
 
 
 def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
-    """Return the energy of each flight relative to the first one, (bounces + 1,); inf if not finite."""
+    """Return the energies (bounces + 1,) between bounces, relative to the first one; inf if not finite."""
     one = math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED
     work, x, v = moving(method, h, (bounces + 1) * one)
     work()

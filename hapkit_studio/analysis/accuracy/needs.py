@@ -1,10 +1,10 @@
 """Which terms of device and loop a scene needs: how strongly people feel each term, and what it costs.
 
-The reference models every term. One term at a time is removed, and both runs are compared for each of the
-scene's hands, and for a hand that pushes beyond the force limit. A term is needed if people feel the
-difference, that is, if it exceeds one just-noticeable difference (JND). Of the other terms, as many as
-possible are removed together without a felt difference. If no hand shows a difference, the hands also throw
-the handle at other speeds, run longer, and release it at various times.
+The reference models every term. One term at a time is removed, and the run without the term is compared with
+the reference. This is done for each of the scene's hands, and for a hand that pushes beyond the force limit.
+A term is needed if people feel the difference, that is, if it exceeds one just-noticeable difference (JND).
+Of the other terms, as many as possible are removed together without a felt difference. If no hand shows a
+difference, the hands also throw the handle at other speeds, run longer, and release it at various times.
 
 A term of a law is a parameter that may be zero. Its cost is measured in cycles of the board.
 """
@@ -43,7 +43,7 @@ STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 
 @dataclass(frozen=True)
 class Effect:
-    """The effect of removing a term, for the sense and the hand's motion with the largest effect.
+    """The largest effect of removing a term, over all senses and all motions of a hand.
 
     ``felt`` is the effect in JND, None if it was not evaluated. ``strict`` is the effect in the JND of the
     most sensitive people. ``since`` is the highest rate in Hz at which sampling is felt, or the least delay
@@ -226,7 +226,7 @@ def _limit(environment: Environment, gone: str = "") -> float:
 
 
 def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
-    """Return the cost of each parameter of a law that may be 0; the most expensive is first.
+    """Return the cost of those parameters of a law that may be 0; the most expensive one is first.
 
     The limits are those of the law with and without the term, each at its own rate and delay.
     """

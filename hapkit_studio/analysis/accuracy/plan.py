@@ -71,7 +71,7 @@ class Scene:
     """A test problem of a chart.
 
     ``error`` is the label of the error axis. ``unit`` is "" if the error is a fraction. ``reason`` explains
-    the tolerance. ``conditions`` have a name and a value with its unit.
+    the tolerance. ``conditions`` are pairs of a name and a value with its unit.
     """
 
     key: str

@@ -54,8 +54,8 @@ Options = tuple[tuple[str, float], ...]
 class Place:
     """Computer or board, with its highest rate in Hz and its delay from sample to force in s.
 
-    The delay is None if it was not measured. It is then one period on the computer, and the duration of the
-    tick on the board.
+    If the delay was not measured, it is None; one period is then assumed on the computer, and the duration of
+    the tick on the board.
     """
 
     name: str
@@ -210,8 +210,8 @@ class Ideal:
     def own(self, option: Option) -> tuple[tuple[float, float], ...]:
         """Return (board cycles per second, the method's own error) at an option's rate and at double rate.
 
-        This error is the largest difference in position from the exact method at the same rate, with all
-        other components ideal, in steps of 0.4 mm (JND).
+        This error is the largest difference in position from the exact method at the same rate, in JND of 0.4
+        mm. All other components of the loop are ideal.
         """
         found = []
         for times in (1.0, 2.0):
@@ -227,7 +227,7 @@ class Ideal:
         return tuple(found)
 
     def differ(self, trial: Trial, option: Option, *pair: frozenset[str]) -> bool:
-        """Return True if two sets of real parts lead to rows that differ in any visible or felt bit."""
+        """Return True if two sets of real parts lead to different values in a column that is seen or felt."""
         seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
         one, other = (self.render(trial, option, real)[:, seen] for real in pair)
         return not np.array_equal(one, other, equal_nan=True)
@@ -290,7 +290,7 @@ class SceneResult:
         return self.find(place, tuple((c.key, c.default) for c in self.question.choices))
 
     def in_force(self, place: str) -> Option | None:
-        """Return the option with the present methods."""
+        """Return the option with the selected methods."""
         return self.find(place, self.question.options)
 
     def knows(self, question: SceneRequest) -> bool:
@@ -455,7 +455,7 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
 
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
-    """Compute every option of a scene with its error, which is not split yet; raise ParameterError."""
+    """Compute every option of a scene with its error, which is not split yet; X."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
     every = list(product(question.places, question.methods()))
     for done, (place, options) in enumerate(every):
@@ -476,7 +476,7 @@ def _judged(option: Option, ideal: Ideal) -> Option:
 
 
 def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
-    """Return the option with the present methods for each place, or the reason why there is none.
+    """Return the option with the selected methods for each place, or the reason why there is none.
 
     This is quick, because the earlier result contains the ideal's rates.
     """

@@ -1,8 +1,8 @@
 """Velocity estimators: the error of each estimator, computed with the loop's own tick.
 
-The simulated Hapkit's sensor measures the motions for 3 s at 1 kHz. Tremor and ramps start 0.3 counts above
-an edge, so that counts are not periodic. The cost is that of the whole tick with the damping scene's law and
-the simulated handle.
+The simulated Hapkit's sensor measures each test motion for 3 s at 1 kHz. Tremor and ramps start 0.3 counts
+above an edge, so that counts are not periodic. The cost is that of the whole tick with the damping scene's
+law and the simulated handle.
 """
 
 import math

@@ -44,7 +44,7 @@ def cost_text(point: Point, board: bool = False) -> str:
 
 
 def name_text(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
-    """Format a point's method, with the step in ms if the method has several."""
+    """Format a point's method, with the step in ms if the chart has several steps."""
     several = len({p.step_s for p in sheet.points}) > 1
     return f"{point.label}, {compact(1e3 * point.step_s, 4)} {unit}" if several else point.label
 

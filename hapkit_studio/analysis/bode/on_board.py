@@ -40,7 +40,7 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
 
     The estimator and the added delay are those of the diagram's first setting. ``board_rate`` is in Hz; None
     uses the law's highest rate on the board. If the board cannot render the law, the board's curve is missing
-    and the notes give the reason. Raise StudioError.
+    and the notes give the reason. Raise StudioError if a measurement fails.
     """
     setting = simulated.curves[0].setting
     request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)
@@ -125,7 +125,7 @@ class _Watch:
         return self._clamped / max(self._good, 1)
 
     def wait_until(self, end: float) -> None:
-        """Read rows until a time in s on the board's clock; raise DeviceError."""
+        """Read rows until a time in s on the board's clock; raise DeviceError if the board fails."""
         while self.now < end:
             time.sleep(_POLL_SECONDS)
             self._check()
@@ -151,9 +151,10 @@ class _Watch:
 
 
 def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> tuple[list[float], float]:
-    """Return the start times in s, on the board's clock, of all validly rendered motions; raise DeviceError.
+    """Return the start times in s, on the board's clock, of all motions that were rendered validly.
 
-    Also return the fraction of samples at the motor's limit.
+    Also return the fraction of samples at the motor's limit. Raise DeviceError if the board fails or the
+    computer is too busy.
     """
     watch, found = _Watch(engine, where), dict[int, float]()
     for number in range(_turns(drive) * drive.motions):

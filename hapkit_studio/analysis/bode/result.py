@@ -151,7 +151,7 @@ class Curve:
 
     @property
     def uncertainty(self) -> tuple[float, float]:
-        """Return the largest half widths of |Z|, as a fraction, and its angle in °, up to 0.4 of Nyquist."""
+        """Return the largest half widths of |Z| (a fraction) and its angle (°), up to 0.4 of Nyquist."""
         low = (self.measured.frequency <= 0.5 * COMPARED * self.setting.rate) & (self.coherence > 0.0)
         if not low.any():
             return math.nan, math.nan
@@ -193,7 +193,7 @@ class Curve:
 
     @property
     def error(self) -> tuple[float, float] | None:
-        """Return the largest relative error of |Z| and that of its angle in °, up to 0.4 of Nyquist."""
+        """Return the largest errors of |Z| (a fraction) and of its angle (in °), up to 0.4 of Nyquist."""
         if self.theory is None:
             return None
         exact = np.interp(self.measured.frequency, self.theory.frequency, self.theory.impedance)

@@ -28,11 +28,12 @@ def measure(
     place: float | None = None,
     max_force: float = SimulatedHapkit.max_force,
 ) -> Bode:
-    """Return the response of a scene in several loops; raise ParameterError, LawError if the law is too slow.
+    """Return the response of a scene in several loops.
 
     ``amplitude`` is in m; None uses the default, reduced until the motor stays below its limit ``max_force``
     in N. ``place`` is in m; None uses the scene's centre, or a point inside its surface. A nonlinear law is
-    excited by single sines.
+    excited by single sines. Raise ParameterError for an invalid amplitude, and LawError if the law is too
+    slow.
     """
     reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
     while True:

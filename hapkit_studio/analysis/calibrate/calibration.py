@@ -27,7 +27,10 @@ NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor wo
 
 
 class Calibration:
-    """Runs the steps on an open board, in the runner's thread; ``original`` has the settings at the start."""
+    """Runs the steps on an open board, in the runner's thread; ``original`` has the settings at the start.
+
+    A step that moves the handle or changes settings raises DeviceError if the board fails.
+    """
 
     def __init__(self, runner: BoardRunner):
         self.runner = runner
@@ -87,13 +90,13 @@ class Calibration:
         self.scale = None
 
     def measure_scale(self) -> Scale:
-        """Fit the scale to the marks without changing settings; raise ParameterError."""
+        """Fit the scale to the marks without changing settings; raise ParameterError for too few marks."""
         inverted = self.sensor.result.key == "inverted" if self.sensor and self.sensor.result.good else None
         self.scale = scale.fit(self.marks, self.board, inverted)
         return self.scale
 
     def use_scale(self) -> CheckResult:
-        """Apply the scale: the quantum, and the radius that agrees with it; raise ParameterError."""
+        """Apply the measured scale: change the quantum, and correct the radius that disagrees with it."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
         self._recompute_strength()
@@ -101,14 +104,14 @@ class Calibration:
 
     # --- direction
     def try_direction(self) -> CheckResult:
-        """Push both ways; if the motor is reversed, correct its sign and push again; raise DeviceError."""
+        """Push both ways. If the motor is reversed, correct its sign and push again."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
         if wrong and found.agrees:
             return passed("The motor pushed the wrong way. It is reversed now, so force and position agree.")
         return found.result
 
     def find_dead_band(self) -> CheckResult:
-        """Raise the force until the handle moves, apply the dead band, and push again; raise DeviceError."""
+        """Increase the force until the handle moves, apply the dead band found, and push again."""
         broke = motor.breakaway(self.runner)
         band = broke.dead_band
         if band:
@@ -136,7 +139,7 @@ class Calibration:
 
     # --- strength
     def carry(self, mass: float) -> float:
-        """Carry a mass in kg and return the commanded force in N; raise StudioError."""
+        """Carry a mass in kg and return the commanded force in N."""
         self._need_direction()
         track = motions.carry(self.runner, motor.GRAVITY * mass)
         force, _ = motor.carrying_force(track, self.board)
@@ -149,13 +152,13 @@ class Calibration:
         return any(mass > 0.0 for mass, _ in self.carried)
 
     def use_weights(self) -> Strength:
-        """Apply the motor constant measured with masses; raise ParameterError."""
+        """Apply the motor constant measured with masses; raise ParameterError if it is implausible."""
         return self._apply_strength(lambda board: motor.strength_from_weights(self.carried, board))
 
     def pull(self, stiffness: float) -> float:
-        """Pull a spring of ``stiffness`` N/m; return the stiffness in N/m that the present settings imply.
+        """Pull a spring of ``stiffness`` N/m; return its stiffness in N/m according to the board's settings.
 
-        The spring of a virtual board is attached and detached here. Raise StudioError.
+        On a virtual board, this method also attaches the spring before the pull and detaches it afterwards.
         """
         self._need_direction()
         hook = self.runner.board.hook_spring
@@ -182,7 +185,7 @@ class Calibration:
             return self._pull_in_time(stiffness, tries - 1)
 
     def use_springs(self, known: float = motor.SPRING_UNCERTAINTY) -> Strength:
-        """Apply the motor constant from pulled springs; raise ParameterError.
+        """Apply the motor constant computed from pulled springs; raise ParameterError if it is implausible.
 
         ``known`` is the relative uncertainty of the springs.
         """
@@ -196,20 +199,20 @@ class Calibration:
         return self.scale.quantum_half / self.scale.quantum if self.scale else motor.LENGTH_UNCERTAINTY
 
     def push_on_scale(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
-        """Press on a kitchen scale with a force in N; raise DeviceError."""
+        """Press on a kitchen scale with a force in N."""
         self._need_direction()
         self.pushed = motions.push(self.runner, force, seconds, until)
         return self.pushed
 
     def use_reading(self, reading: float) -> Strength:
-        """Apply the motor constant from a scale's reading in kg; raise ParameterError."""
+        """Apply the motor constant from a scale's reading in kg; raise ParameterError for a wrong one."""
         if self.pushed is None:
             raise ParameterError("Push on the scale first, and read it during the push.")
         pushed = self.pushed
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
     def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Apply a measured motor constant; store how it is computed, to compute it again for later settings.
+        """Apply a measured motor constant; store its computation, to repeat it with later settings.
 
         The interval includes the uncertainty of the dead band.
         """
@@ -228,7 +231,7 @@ class Calibration:
 
     # --- mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
-        """Sweep the handle, and apply the measured mass, friction and dead band; raise DeviceError.
+        """Sweep the handle, and apply the measured mass, friction and dead band.
 
         A new dead band changes the forces, so the sweep is repeated and the motor constant is recomputed.
         """
@@ -249,7 +252,7 @@ class Calibration:
         self._recompute_strength()
 
     def _widened(self, part: Part, track: Track) -> Part:
-        """Return a part with intervals widened by the uncertainty of the dead band and of the scales."""
+        """Return a part with intervals widened by the uncertainty of dead band, force and length."""
         part = paddle.widened_by_dead_band(part, track, self.board)
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
@@ -268,7 +271,7 @@ class Calibration:
 
     # --- completion
     def store(self, label: str) -> Settings:
-        """Name the kit and store its settings on the board; raise StudioError."""
+        """Name the kit and store its settings on the board."""
         self._change(label=label)
         self._stored = True
         return self.runner.save()
@@ -276,7 +279,7 @@ class Calibration:
     def undo(self) -> None:
         """Restore the settings that the board had at the start, also in its EEPROM, and discard all results.
 
-        Raise StudioError.
+        Raise StudioError if the board does not accept them.
         """
         self._change(**asdict(of_settings(self.original)))
         if self._stored:
@@ -285,7 +288,7 @@ class Calibration:
         self._discard_results()
 
     def _change(self, **changes: Any) -> None:
-        """Apply changes; send nothing if no setting changes.
+        """Apply new settings; send nothing to the board if all settings have these values already.
 
         A reversal of force or position invalidates the direction test.
         """

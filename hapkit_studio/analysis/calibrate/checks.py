@@ -1,4 +1,4 @@
-"""Test my Hapkit: run the wizard's checks in half a minute, without changing the board."""
+"""Test my Hapkit: run the wizard's checks in half a minute, without changing the board's settings."""
 
 import contextlib
 from collections.abc import Callable
@@ -250,8 +250,8 @@ def run_all(
 ) -> Report:
     """Run every check; call report(check, None) when a check starts, and report(check, result) when it ends.
 
-    If the check of stopping or of direction fails, checks with a control loop are skipped. Raise
-    StoppedError, CancelledError, PortGoneError.
+    If the check of stopping or of direction fails, checks with a control loop are skipped. Raise StoppedError
+    after an E-stop, CancelledError if the user cancels, and PortGoneError without a board.
     """
     results: dict[str, CheckResult] = {}
     for check in CHECKS:

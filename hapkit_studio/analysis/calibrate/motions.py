@@ -1,4 +1,4 @@
-"""The motions of a calibration, small and bounded: pulse, rising force, carrying, pulling, slow sweep."""
+"""The motions of a calibration, small and bounded. A function raises DeviceError if the board fails."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ _SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
 
 
 def pulse(runner: BoardRunner, force: float) -> Track:
-    """Push once with a force of at most 0.3 N and record the motion; raise DeviceError."""
+    """Push once with a force of at most 0.3 N and record the motion."""
     done = False
 
     def pushing(t: float, x: float, v: float) -> float:
@@ -41,7 +41,7 @@ def pulse(runner: BoardRunner, force: float) -> Track:
 
 
 def raise_force(runner: BoardRunner, sign: float = 1.0) -> Track:
-    """Raise a force by 0.5 N/s up to 1.5 N until the handle moves 0.5 mm; raise DeviceError."""
+    """Increase a force by 0.5 N/s up to 1.5 N until the handle moves 0.5 mm."""
     moved = False
 
     def rising(t: float, x: float, v: float) -> float:
@@ -60,7 +60,7 @@ _HAND_OVER_SECONDS = 1.0
 
 
 def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
-    """Carry a weight in N that pulls to the left; after 3 s move slowly by ± 6 mm; raise DeviceError.
+    """Carry a weight in N that pulls to the left; after 3 s move it slowly by ± 6 mm.
 
     A controller holds the handle at its position, then moves it up and down so that friction acts with both
     signs. The force fades in while the user still holds the weight.
@@ -80,7 +80,7 @@ def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
 
 
 def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], bool]) -> Track:
-    """Push with a constant force in N, faded in over 0.5 s; raise DeviceError."""
+    """Push with a constant force in N, faded in over 0.5 s."""
     return runner.run(lambda t, x, v: force * min(t / _FADE_SECONDS, 1.0), seconds, PUSH_LIMITS, until)
 
 
@@ -92,7 +92,7 @@ _SHAKE, _STRETCH = 0.4, 0.016  # N: amplitude of the shaking force; m: largest s
 
 
 def pull(runner: BoardRunner, stiffness: float) -> Track:
-    """Pull a spring in N/m to the right, up to 16 mm or 2 N, then move back; raise DeviceError.
+    """Pull a spring in N/m to the right, up to 16 mm or 2 N, then move back.
 
     A shaking force overcomes dry friction. The force never pushes to the left.
     """
@@ -107,7 +107,7 @@ def pull(runner: BoardRunner, stiffness: float) -> Track:
 
 
 def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float = 0.1) -> Track:
-    """Move the handle within ± 25 mm and 1.2 N to excite mass and friction; raise DeviceError.
+    """Move the handle within ± 25 mm and with at most 1.2 N, to excite mass and friction.
 
     The handle follows three sines on a soft spring that stiffens towards the ends. ``friction`` is the
     friction compensation in N.
@@ -128,7 +128,7 @@ def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float =
 
 
 def spring(runner: BoardRunner, stiffness: float, seconds: float = 1.5) -> Track:
-    """Render a spring about the handle's position, after a knock of 0.4 N for 60 ms; raise DeviceError."""
+    """Render a spring about the handle's first position, and knock the handle with 0.4 N for 60 ms."""
     return runner.run(
         lambda t, x, v: (0.4 if 0.1 < t < 0.16 else 0.0) - stiffness * x, seconds, SPRING_LIMITS
     )

@@ -46,8 +46,8 @@ SPRINGS_DIFFER = 2.0
 # Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must
 # slide.
 _EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
-# A leg is the rise or the fall of a pull. Size of a step in a leg, as a multiple of the residual rms that the
-# step causes; largest step in a straight leg, as a fraction of the leg's length.
+# A leg is the rise or the fall of a pull. A step in a leg has the size of _STEP times the residual rms that
+# it causes. A leg is straight if its step is smaller than the fraction _BENT of its length.
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
@@ -55,7 +55,7 @@ _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
 
 
 def displacement(track: Track, averaged: int = 1) -> float:
-    """Return the largest displacement from the first position in m, signed.
+    """Return the largest displacement in m from the first position, with its sign.
 
     Each position is the mean of ``averaged`` samples.
     """
@@ -66,9 +66,10 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """The result of pushes, with a text.
+    """The motor's direction according to pushes, with a text.
 
-    ``agrees`` is True if force and position have the same sign, and None if the pushes do not show it.
+    ``agrees`` is True if force and position have the same sign, and None if the pushes do not show the
+    direction.
     """
 
     agrees: bool | None
@@ -101,7 +102,7 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
-    """Push with pulses of up to 0.3 N, each to the right and then to the left; raise DeviceError."""
+    """Push with pulses of up to 0.3 N, each to the right and then to the left."""
     pulses: list[tuple[float, float]] = []
     for size in motions.PULSES:
         for force in (size, -size):
@@ -113,10 +114,10 @@ def push_both_ways(runner: BoardRunner) -> Direction:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """The break-away force in N according to the settings, and a first estimate of the dead band, or 0.
+    """The break-away force in N according to the settings, and a first estimate of the dead band.
 
-    The dead band is a duty out of 255. ``pulses`` contains force in N and displacement in m for each
-    direction.
+    The dead band is a duty out of 255; it is 0 if the force is small enough to be friction. ``pulses``
+    contains force in N and displacement in m for each direction.
     """
 
     force: float
@@ -125,7 +126,7 @@ class Breakaway:
 
 
 def breakaway(runner: BoardRunner) -> Breakaway:
-    """Raise the force slowly, in both directions, until the handle moves; raise DeviceError.
+    """Increase the force slowly, in both directions, until the handle moves.
 
     Raise AbortedError if 1.5 N does not move the handle.
     """
@@ -162,10 +163,10 @@ class Strength:
 
 
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
-    """Return the mean commanded force in N over full periods of carrying, and its half width.
+    """Return the mean commanded force in N over full periods of the movement, and its uncertainty.
 
     Friction cancels, because the movements up and down take the same time. Sticking friction widens the
-    interval.
+    interval. Raise ParameterError if the motor cannot carry the weight.
     """
     periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
@@ -189,9 +190,10 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
 
 
 def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> Strength:
-    """Return the strength from tracks that carry masses in kg; raise ParameterError.
+    """Return the strength from masses in kg with the tracks in which the handle carries them.
 
-    With a single mass, other constant forces are assumed to be 0; two or more masses eliminate them.
+    With a single mass, other constant forces are assumed to be 0; two or more masses eliminate them. Raise
+    ParameterError without a usable mass.
     """
     masses = np.array([mass for mass, _ in carried])
     found = [carrying_force(track, board) for _, track in carried]
@@ -207,7 +209,7 @@ def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> S
 
 
 def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[float, float]:
-    """Return the slope of found (n,) over known (n,), and its half width."""
+    """Return the slope of ``found`` (n,) over ``known`` (n,), and the half width of its interval."""
     around = known - known.mean()
     size = float(around @ around)
     return float(around @ found) / size, float(np.sqrt((around**2) @ (half**2))) / size
@@ -230,9 +232,10 @@ def check_springs(springs: Iterable[float]) -> None:
 
 
 def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
-    """Return a spring's stiffness in N/m according to a board's settings, and its half width.
+    """Return a spring's stiffness in N/m according to a board's settings, and the half width of its interval.
 
-    Friction cancels between rise and fall. The first pull is excluded. Raise ParameterError.
+    Friction cancels between rise and fall. The first pull is excluded. Raise ParameterError if the handle did
+    not follow the force in a line.
     """
     forces = _rise_and_fall(track, motor_force(board, track.pwm))
     places = _rise_and_fall(track, track.count * board.quantum)
@@ -260,7 +263,7 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
 
 
 def _curvature_rms(off: np.ndarray) -> float:
-    """Return the rms of the curvature that all legs (pulls, 2, n) share; their differences are only noise."""
+    """Return the rms of the curvature that all legs (pulls, 2, n) share; other curvature is noise."""
     rest = signal.detrend(off)
     noise = rest.var(axis=0, ddof=1).mean() / len(rest)
     return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
@@ -285,11 +288,11 @@ def strength_from_springs(
     known: float = SPRING_UNCERTAINTY,
     length: float = LENGTH_UNCERTAINTY,
 ) -> Strength:
-    """Return the strength from tracks that pull springs in N/m; raise ParameterError.
+    """Return the strength from springs in N/m with the tracks in which the handle pulls them.
 
     ``known`` and ``length`` are the relative uncertainties of the springs and of the length scale. The
-    measured stiffness is (spring + other stiffness) / strength. The other stiffness, of
-    gravity and the cable, is constant, so it does not change the slope.
+    measured stiffness is (spring + other stiffness) / strength. The other stiffness, of gravity and the
+    cable, is constant, so it does not change the slope. Raise ParameterError for unsuitable springs.
     """
     springs = np.array([stiffness for stiffness, _ in pulled])
     check_springs(springs)

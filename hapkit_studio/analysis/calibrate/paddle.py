@@ -125,7 +125,7 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
 
 
 def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
-    """Return the longest windows that contain enough motion in one direction, and their mask."""
+    """Return the longest windows with enough motion in one direction, and the mask of the usable windows."""
     for piece in _PIECES:
         windows = Windows(len(grid), piece, grid.period, 0.0)
         one_way = windows.every(grid.sign > 0.0) | windows.every(grid.sign < 0.0)
@@ -145,10 +145,11 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
-    """Return a part with intervals widened by relative errors of force and length, and a time error in s.
+    """Return a part with intervals widened by relative errors of force and length, and by a time error.
 
-    A timing error adds part of the damping to the mass, and part of the mass to the damping. An estimate is
-    undetermined if its widened interval exceeds its value and its just-noticeable difference.
+    The time error ``late`` is in s. It adds part of the damping to the mass, and part of the mass to the
+    damping. An estimate is undetermined if its widened interval exceeds its value and its just-noticeable
+    difference.
     """
     viscous = late * part.turning**2 * part["mass"].value
     moved = {"mass": late * part["viscous"].value, "viscous": viscous}
@@ -178,9 +179,9 @@ class SweepResult:
 
 
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
-    """Find the break-away force, sweep and evaluate; raise DeviceError. The board's settings do not change.
+    """Find the break-away force, sweep and evaluate. The board's settings do not change.
 
-    ``fine`` also accepts a small change of the dead band; it is used if the board's value is nearly right.
+    ``fine`` also accepts a small change of the dead band; set it if the board's value is nearly right.
     """
     friction = min(_COMPENSATED * breakaway(runner).force, MOST_COMPENSATED)
     track = motions.sweep(runner, seconds, friction)

@@ -151,7 +151,7 @@ class Try:
 
 @dataclass(frozen=True)
 class Failure:
-    """The limit of a method; every ``FAILURE`` of a module in this folder is discovered.
+    """The limit of a method. A module in this folder declares its failure as ``FAILURE``.
 
     ``knob`` is the varied parameter, between low and high. The method works below limit(case) and fails above
     it. The outcome is certain if the distance from the limit exceeds ``margin``, a fraction of the limit; the
@@ -179,7 +179,7 @@ class Failure:
     order: int = 100
 
     def case(self, options: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return the number of every option, with defaults; raise ParameterError."""
+        """Return the value or default of every option; raise ParameterError for an invalid value."""
         numbers = resolve(self.options, options or {}, self.title)
         return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
 
@@ -270,7 +270,7 @@ class Shown:
 
     @property
     def scale(self) -> float | None:
-        """Return the factor from the knob's unit to the chart's x axis; None if x is not the knob."""
+        """Return the factor from the knob's unit to the chart's x axis; None if x is a different quantity."""
         return self.chart.plot.factor if self.chart and self.chart.plot.boundary and self.limit else None
 
     @property
@@ -287,7 +287,7 @@ def show(
     plane: bool = False,
     progress: Progress = no_progress,
 ) -> Shown:
-    """Try a failure on both sides of its limit; raise ParameterError if the options have no limit."""
+    """Try a failure on both sides of its limit; raise ParameterError if there is no limit."""
     case = failure.case(options)
     limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)

@@ -43,7 +43,7 @@ def limit(case: base.Case) -> float:
 def over_damping(
     dampings: Callable[[base.Case], np.ndarray], every: int, spec: Callable[[base.Case], Spec], **more: Any
 ) -> base.Plot:
-    """Return a plot of the limit over damping: without a filter, exact, and simulated.
+    """Return a plot of the limit over damping with three curves: without a filter, exact, and simulated.
 
     Every ``every``-th value is simulated.
     """

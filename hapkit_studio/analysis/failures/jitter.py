@@ -21,7 +21,7 @@ _SCAN = 200
 
 
 def pattern(case: base.Case) -> tuple[float, ...]:
-    """Return the repeating pattern of periods in s: usual ones, then a long one."""
+    """Return the repeating pattern of periods in s: several usual periods, then a long one."""
     period = 1.0 / case["rate"]
     return (period,) * round(case["usual"]) + (case["long"] * period,)
 

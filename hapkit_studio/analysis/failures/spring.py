@@ -128,8 +128,9 @@ def step_matrix(
 ) -> np.ndarray:
     """Return the closed loop's square map over one period; its state is x, v, the last x, and past commands.
 
-    The law is a spring with backward-difference damping. The force of a sample acts ``delay`` s later and is
-    held. The map is derived from the equations of motion, independently of the tick.
+    The law is a spring with backward-difference damping. The force of a sample begins to act ``delay`` s
+    later and is then constant for a period. The map is derived from the equations of motion, independently of
+    the tick.
     """
     whole_periods = math.floor(delay / period + 1e-9)
     fraction = max(delay - whole_periods * period, 0.0)

@@ -61,7 +61,10 @@ class Identified:
         return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
-        """Return both parts with their intervals, without points, in SI units unless a key names a unit."""
+        """Return both parts with their intervals, without points.
+
+        Numbers are in SI units unless a key names a unit.
+        """
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
         setup = dict(words.conditions(self.setup, self.handle.released))
         found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
@@ -95,7 +98,8 @@ def identify(
 
     ``terms`` are some of RENDERED_TERMS; None uses those of the environment. ``released`` states that no hand
     holds the handle; it is needed if the recording has no information about a hand. If the settings change
-    and neither begin nor end is given, the longest part with constant settings is used. Raise ParameterError.
+    and neither begin nor end is given, the longest part with constant settings is used. Raise ParameterError
+    for an unknown term, or if this part of the recording is too short or irregular.
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():

@@ -141,7 +141,7 @@ class Part:
     damped: int = 0
 
     def __getitem__(self, key: str) -> Estimate:
-        """Return an estimate by its key; raise KeyError."""
+        """Return an estimate by its key; raise KeyError for an unknown key."""
         return {e.key: e for e in self.estimates}[key]
 
 

@@ -43,9 +43,9 @@ class Handle:
 class Setup:
     """The settings of a recording: environment and values, rate in Hz, delay in s, sensor quantum in m.
 
-    ``environment`` is None if it is unknown. ``handle`` is None on a real device. ``grip`` is None unless a
-    hand is known. ``hold_known`` is False if a hand held the handle and its grip is unknown. ``foreign``
-    marks a file written by another program, in which the force may be a measurement.
+    ``environment`` is None if it is unknown. ``handle`` is None on a real device. ``grip`` is that of the
+    hand, None if no hand is known. ``hold_known`` is False if a hand held the handle and its grip is unknown.
+    ``foreign`` marks a file written by another program, in which the force may be a measurement.
     """
 
     environment: Environment | None = None
@@ -87,7 +87,10 @@ class Recording:
         return len(self.time)
 
     def between(self, begin: float | None, end: float | None) -> "Recording":
-        """Return the part from ``begin`` to ``end``, in s of the recording's time; raise ParameterError."""
+        """Return the part from ``begin`` to ``end``, in s of the recording's time.
+
+        Raise ParameterError if the recording has no such part.
+        """
         first, last = self.time[0], self.time[-1]
         low, high = first if begin is None else begin, last if end is None else end
         if not (low < high and low <= last and high >= first):
@@ -138,7 +141,7 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, in device time.
 
     If the device clock jumps back, the rows before the jump belong to an earlier connection and are ignored.
-    Raise ParameterError.
+    Raise ParameterError if the rows have a wrong shape, are too few or are irregular.
     """
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
@@ -212,8 +215,8 @@ def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording
     """Return the recording in a file of ``Run.save``, or in a table of another program.
 
     ``columns`` contains the column names of a table of another program; its keys are tables.NEEDED and
-    "velocity". Forces act on the handle and are positive to the right. Raise FileError, or
-    UnknownColumnsError if columns must be named.
+    "velocity". Forces act on the handle and are positive to the right. Raise FileError for an invalid file,
+    and UnknownColumnsError if ``columns`` is needed.
     """
     if not isinstance(path, str | Path):
         raise ParameterError(f"A recording is the path of a file, not {path!r}.")

@@ -1,9 +1,9 @@
 """The rendered impedance: stiffness, damping and friction at the handle, compared with the settings.
 
--F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect: it is held, and late by the
-loop's delay. The motor's force is not measured, so the motor's errors appear neither in the estimates nor in
-their intervals. Both sides are averaged over smooth windows, which avoids differences of sensor counts. Hold
-and delay reduce the damping; the estimate includes this loss.
+-F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect. It is constant during a period,
+and late by the loop's delay. The motor's force is not measured, so the motor's errors appear neither in the
+estimates nor in their intervals. Both sides are averaged over smooth windows, which avoids differences of
+sensor counts. Hold and delay reduce the damping; the estimate includes this loss.
 
 The value expected for a motion follows from the lag. The force is held for a period T and arrives td late, so
 it lags the position by T / 2 + td. The spring's force -K x therefore acts as -K x + K (T / 2 + td) v, which
@@ -34,7 +34,7 @@ _ESTIMATOR_SAMPLES = 4
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify the rendered impedance; if ``terms`` is None, use the terms of the environment."""
-    known = setup.environment  # without a known environment, no values are set
+    known = setup.environment  # if it is unknown, so are the values that were set
     asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
     best: tuple[int, Windows, np.ndarray] | None = None

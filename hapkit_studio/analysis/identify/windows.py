@@ -238,7 +238,7 @@ class Windows:
         return self.period * (self.starts + 0.5 * self.length)
 
     def kernel(self, order: int) -> np.ndarray:
-        """Return the weights (length + 1,) of the samples in a window's mean derivative of this order."""
+        """Return the sample weights (length + 1,) that give a window's mean derivative of this order."""
         u = np.arange(self.length + 1) / self.piece
         step = self.piece * self.period
         return (

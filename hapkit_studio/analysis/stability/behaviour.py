@@ -2,9 +2,9 @@
 
 Linear limits ignore dry friction, quantisation and the force limit. With these, stability depends on the
 amplitude: friction stops a small motion that delay would amplify, and the force limit bounds the growth of a
-large one. The handle is released at rest at increasing distances from the scene's centre until it does not
-settle. The boundary is refined by bisection. (Describing functions explain this behaviour,
-e.g. Diolaiti et al., IEEE T-RO 22(2), 2006, but are inaccurate for motions of few counts.)
+large one. The handle is released without speed at increasing distances from the scene's centre until it does
+not settle. The boundary is refined by bisection. (Describing functions explain this behaviour, e.g. Diolaiti
+et al., IEEE T-RO 22(2), 2006, but are inaccurate for motions of few counts.)
 """
 
 import math
@@ -74,7 +74,7 @@ class Lasting:
 
 @dataclass(frozen=True)
 class Behaviour:
-    """The behaviour of a handle that is released at rest away from a scene's centre.
+    """The behaviour of a handle that is released without speed at a distance from a scene's centre.
 
     ``push`` is the largest displacement in m from which the handle settles; inf if it settles from all
     displacements tried, 0 if from none. From larger displacements it leaves (beyond 60 mm) or oscillates;
@@ -102,7 +102,7 @@ class Behaviour:
 
     @property
     def spontaneous(self) -> bool:
-        """Return True if the oscillation needs no knock: the smallest displacement does not settle."""
+        """Return True if the oscillation needs no knock: it starts at the smallest displacement."""
         return not self.calm and not self.push and not self.unknown
 
     @property
@@ -259,7 +259,7 @@ class Trials:
         return frequency if cycles >= LEAST_CYCLES else math.nan
 
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
-        """Release the handle on each side at ``push`` m; return the oscillations, None if it leaves."""
+        """Release the handle on each side at ``push`` m; return the oscillations, None if the handle left."""
         found: list[Lasting | None] = []
         for side in self.sides:
             end = self.end(side * push, longer=longer)
@@ -339,7 +339,10 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
 
 
 def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
-    """Return the largest push in m that settles, inf for all, and the oscillations after larger pushes."""
+    """Return the largest push in m after which the handle settles, and oscillations after larger pushes.
+
+    The push is inf if the handle settles after every push.
+    """
     edge, rests = math.inf, [0.0]
     found: list[Lasting | None] = []
     for push in (*PUSHES, *_BETWEEN, *_FINER):

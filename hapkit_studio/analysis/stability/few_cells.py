@@ -1,7 +1,7 @@
 """A map of classes from a few of its cells: a coarse lattice, then the cells next to a different class.
 
 A cell that was not evaluated gets the class of the nearest evaluated cell. The boundary of every region that
-contains a lattice cell, or touches an evaluated cell, is traced completely. Other islands are missed; they
+contains a lattice cell, or touches an evaluated cell, is traced completely. Other regions are missed; they
 are smaller than a square of the lattice.
 """
 
@@ -17,7 +17,7 @@ Judge = Callable[[np.ndarray], np.ndarray]
 
 
 def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, int]] = ()) -> np.ndarray:
-    """Return the classes int8 of a map; ``seeds`` are further cells (row, column) to start with."""
+    """Return a map's classes as an int8 array; ``seeds`` are further cells (row, column) to start with."""
     from scipy import ndimage  # imported here because it is slow
 
     known, found = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int8)

@@ -78,10 +78,11 @@ class Plane:
 
     ``exact``, ``simple`` and ``friction`` (the limit for settling after a nudge) are (n,) over damping (n,).
     ``again`` (2, n) is the next stable interval above, NaN if there is none. ``edge_damping`` and ``edge``
-    (k,) are the passivity line up to the largest passive damping. ``coulomb`` is inf without sensor steps.
-    ``hands`` are the limits at the margin's damping. For a nonlinear estimator exact, friction, and the
-    limits of hands and margin are NaN, and the edge is empty. ``said`` is the handle's behaviour with the
-    margin's impedance, and ``family`` the worst of all hands; each is None unless it was requested.
+    (k,) are the passivity line up to the largest passive damping. ``coulomb`` is the stiffness in
+    ``coulomb_line``, inf without sensor steps. ``hands`` are the limits at the margin's damping. For a
+    nonlinear estimator exact, friction, and the limits of hands and margin are NaN, and the edge is empty.
+    ``said`` is the handle's behaviour with the margin's impedance, and ``family`` the worst of all hands;
+    each is None unless it was requested.
     """
 
     setting: LoopSettings
@@ -149,7 +150,7 @@ def exact_boundary(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
 
 
 def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
-    """Return the largest stiffness (n,) in N/m that settles after a release ``push`` m off the centre.
+    """Return the largest stiffness (n,) in N/m at which a handle settles, released ``push`` m off the centre.
 
     Dry friction removes 4 F A per cycle of amplitude A, like a damper of 4 F / (pi A w). This is its
     describing function at the handle's natural frequency w = sqrt(K / m). The result is accurate to 1 %;
@@ -220,7 +221,7 @@ def plane(
 ) -> Plane:
     """Return the limits of a setting as a plane around a rendered impedance; default axes have rounded ends.
 
-    Raise ParameterError.
+    Raise ParameterError for a value outside its limits.
     """
     stiffness, damping = RENDERED_STIFFNESS.check(stiffness), RENDERED_DAMPING.check(damping)
     width, top = WIDTH.check(width or 0.0), TOP.check(top or 0.0)

@@ -24,7 +24,7 @@ def checked_loop(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> LoopSettings:
-    """Return checked settings of a loop; raise ParameterError."""
+    """Check the settings of a loop and return them; raise ParameterError for an invalid setting."""
     for name, value, unit, above in (
         ("mass", mass, "kg", True),
         ("viscous damping", viscous, "N·s/m", False),
@@ -49,7 +49,7 @@ def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop
     """Return all intervals (low, high) in N/m of stable virtual stiffness, exact, lowest first.
 
     The arguments are those of ``stiffness_limit``, which returns the end of the first interval. Raise
-    ParameterError.
+    ParameterError for an invalid argument.
     """
     checked = checked_loop(mass, viscous, **loop)
     return sampled_loop.stable_intervals(checked, np.array([loop.get("damping", 0.0)]))[0]
@@ -70,7 +70,7 @@ def stiffness_limit(
 
     ``mass`` is in kg, ``viscous`` and the virtual ``damping`` are in N·s/m, ``rate`` is in Hz, and ``delay``
     in s. ``hand`` is a Hand, a Grip, a name, or None for a released handle. ``quantum`` in m is that of the
-    sensor for which the velocity estimator is designed. Raise ParameterError.
+    sensor for which the velocity estimator is designed. Raise ParameterError for an invalid argument.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     return sampled_loop.stiffness_limit(loop, damping)

@@ -33,7 +33,7 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
     """Return the largest stable contact stiffness in N/m; 0 if even the softest one is unstable.
 
     ``values`` are all values of a scene of OBJECTS; the contact stiffness among them is ignored. Raise
-    ParameterError.
+    ParameterError for another scene, and for a nonlinear estimator.
     """
     if key not in OBJECTS:
         raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")

@@ -16,7 +16,7 @@ from hapkit_studio.protocol.messages import Board
 def sketch_verdict(
     environment: Environment, values: Mapping[str, float], board: Board, rate: float, spec: Spec
 ) -> Verdict:
-    """Return the verdict for a kit with all values at a rate in Hz, held and released.
+    """Return the verdict on a scene that a kit renders at a rate in Hz, for a held and a released handle.
 
     The force is assumed to be a full period late. In a sketch that keeps its rate the force is never later,
     because each tick ends before the next one begins. The limit is therefore conservative.

@@ -120,9 +120,9 @@ def softest(what: Rendered) -> float:
 
 
 def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarray:
-    """Return DECAYS, BUZZES or GROWS for stiffness (n,) N/m and damping (n,) N·s/m; raise ParameterError.
+    """Return DECAYS, BUZZES or GROWS for stiffness (n,) in N/m and damping (n,) in N·s/m.
 
-    Stiffnesses below 1 mN/m are treated as 1 mN/m.
+    Stiffnesses below 1 mN/m are treated as 1 mN/m. Raise ParameterError for an invalid value.
     """
     stiffness = np.maximum(stiffness, SOFTEST).astype(float)
     damping = np.asarray(damping, dtype=float)
@@ -157,7 +157,7 @@ def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
 def _let_go_steps(
     what: Rendered, stiffness: np.ndarray, damping: np.ndarray, start: float, small: float
 ) -> cell_batch.CellResults:
-    """Simulate every cell from a release at ``start`` sensor steps, until it rests or is steady and small."""
+    """Simulate every cell from a release at ``start`` sensor steps, until the motion ends or is steady."""
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = cell_batch.Limits(FAR, still, cell_batch.NEVER_FAINT, small)
     return _let_go(what, stiffness, damping, start * what.step, -0.5 * what.device.quantum, limits)
@@ -243,8 +243,8 @@ def classes(
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
     If both axes ascend, only a few cells are rendered, as described in ``few_cells``. ``sweeping`` contains
-    the executor and progress for ``sweep``, for cells without an exact limit. Raise ParameterError, and any
-    exception of ``progress``.
+    the executor and progress for ``sweep``, for cells without an exact limit. Raise ParameterError for an
+    invalid value, and any exception of ``progress``.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
@@ -273,9 +273,9 @@ def maps(
     real: bool = False,
     **sweeping: Any,
 ) -> np.ndarray:
-    """Return the ``classes`` (s, m, n) int8 of many settings, in one sweep whose cells are whole maps.
+    """Return the ``classes`` (s, m, n) int8 of many settings by one sweep, in which each cell is a whole map.
 
-    Raise ParameterError, and any exception of ``progress``.
+    Raise ParameterError for an invalid value, and any exception of ``progress``.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [rendered(setting, real) for setting in settings]
@@ -286,10 +286,11 @@ def maps(
 def boundary(
     setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> np.ndarray:
-    """Return the largest stiffness (n,) N/m, to 1e-4, without growth, for every damping (n,) N·s/m.
+    """Return the largest stiffness (n,) in N/m at which no motion grows, for every damping (n,) in N·s/m.
 
-    It is found by bisection. It is 0 if the spring of ``softest`` is unstable, and inf if it exceeds 1 GN/m.
-    Raise ParameterError, and any exception of ``progress``.
+    It is found by bisection to a relative accuracy of 1e-4. It is 0 if the spring of ``softest`` is unstable,
+    and inf if it exceeds 1 GN/m. Raise ParameterError for an invalid value, and any exception of
+    ``progress``.
     """
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
@@ -358,10 +359,10 @@ def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
 def largest_stable(
     stable: Callable[[float], bool], softest: float = SOFTEST, beyond: float = math.inf
 ) -> float:
-    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` is true; 0 if never, inf if always.
+    """Return the stiffness in N/m up to which ``stable`` is true; 0 if never, inf if always.
 
-    Stiffnesses below ``softest`` are not tried. ``beyond`` is a stiffness known to be too large, which is
-    checked again.
+    The relative accuracy is 1e-4. Stiffnesses below ``softest`` are not tried. ``beyond`` is a stiffness
+    known to be too large, which is checked again.
     """
     low, high = 1.0, math.inf
     if beyond < math.inf:
@@ -391,13 +392,13 @@ def measured_stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the largest stable virtual stiffness in N/m to 1e-4, found by simulating the spring.
+    """Return the largest stable virtual stiffness in N/m, found by simulating the spring.
 
     The arguments are those of ``stiffness_limit``; a hand rests at the centre. The result is 0 if the softest
     spring is unstable, and inf if it exceeds 1 GN/m. The softest spring has 1 mN/m, or more for a mass that
     needs more than 5 million samples for 80 rad. The criterion is that of this module, for an ideal device:
-    with a nonlinear estimator, a limit cycle of up to five sensor counts is treated as stable. Raise
-    ParameterError.
+    with a nonlinear estimator, a limit cycle of up to five sensor counts is treated as stable. The relative
+    accuracy is 1e-4. Raise ParameterError for an invalid argument.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)

@@ -41,7 +41,7 @@ class TrialLimits:
 
     A wall fails if the handle keeps moving by more than ``counts``. The stiffness in N/m rises from
     ``softest`` to ``highest`` by the factor ``raised``. ``precision`` is the relative accuracy of the result.
-    Raise ParameterError.
+    Raise ParameterError for an invalid limit.
     """
 
     max_force: float = DEVICE_FORCE.default

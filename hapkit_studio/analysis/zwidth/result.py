@@ -101,7 +101,7 @@ class ZWidth:
 
     @property
     def sentence(self) -> str:
-        """Return a sentence on the stiffest wall, and a second one on the band above this wall."""
+        """Return a sentence on the stiffest wall, and one on stiffer walls if only some of them settle."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
             return f"The handle came to rest at no wall, {self.hand}."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
@@ -202,7 +202,7 @@ FEWEST_IN_TAIL = 5
 
 @dataclass(frozen=True)
 class Protocol:
-    """The trial of a wall: the handle hits it at ``speed`` in m/s, and ``push`` in N presses on it.
+    """The trial of a wall: the handle hits it at ``speed`` in m/s while the force ``push`` in N acts.
 
     The hit is simulated for ``seconds``, once for each sampling phase. A trial fails if the handle moves
     beyond ``travel`` in m, or by more than ``counts`` in the last ``tail`` s. The stiffness starts at
@@ -248,7 +248,7 @@ def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
 
 
 def levels_of(damping: Sequence[float]) -> list[float]:
-    """Return the validated virtual dampings in N·s/m, unique and sorted; raise ParameterError."""
+    """Return the virtual dampings in N·s/m, unique and sorted; raise ParameterError for invalid ones."""
     levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
@@ -316,7 +316,7 @@ class Point:
 def stiffest(
     held: Callable[[float], TrialOutcome], softest: float, raised: float, highest: float, halvings: int
 ) -> Point:
-    """Raise the stiffness until a wall fails, then bisect; return the stiffest wall that passed, or 0.
+    """Increase the stiffness until a wall fails, then bisect; return the stiffest wall that passed, or 0.
 
     Walls stiffer than the first failed wall, or than ``highest``, are not tried.
     """

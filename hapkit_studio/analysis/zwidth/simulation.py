@@ -43,7 +43,7 @@ def compute(
 ) -> result.ZWidth:
     """Return the Z-width of a setting; ``arrived`` is called with every new point.
 
-    Raise ParameterError, and any exception of ``progress``.
+    Raise ParameterError for an invalid argument, and any exception of ``progress``.
     """
     protocol = protocol or result.Protocol()
     levels = result.levels_of(damping)
