@@ -49,7 +49,7 @@ def marker_and_color(method: str) -> tuple[str, str]:
 
 
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
-    """Return the columns of a chart's tolerances: the cheapest methods on this computer, or on the board."""
+    """Return the columns of the table of the cheapest methods for each tolerance, on computer or board."""
     return (
         Column("Cheapest, step", lambda t: words.winner_text(sheet, t, board, "ms"), right=False),
         Column("Error ≤", lambda t: words.tolerance_text(t, sheet.scene), right=False),
@@ -73,7 +73,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
 def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
     """Write the figure of a result: charts of methods, bars of scenes, or the table of needs.
 
-    If ``board`` is true, plot the cost on the board for methods that have one.
+    If ``board`` is true, plot the cost on the board for the methods that the board has.
     """
     if result.needs:
         size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY.removesuffix(".") + _DRAWN_TOO

@@ -46,7 +46,7 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
 def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
     """Draw two traces at the left and the curve at the right.
 
-    Return the knob, or None if the x axis of the curve is not the knob's quantity.
+    Return the knob, or None if the x axis of the curve does not show the knob's quantity.
     """
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
     for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):

@@ -42,7 +42,7 @@ class Map:
 
     @property
     def particular(self) -> Cells | None:
-        """Return the measured cells if no line can replace them: with dry friction or passivity control."""
+        """Return the measured cells if they include dry friction or passivity control, else None."""
         cells = None if self.outdated else self.plane.cells
         return cells if cells is not None and (cells.real or cells.controller) else None
 
@@ -208,7 +208,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
 
 
 def _unstable_style(c: style.Colors, plane: Plane) -> dict[str, Any]:
-    """Return the style of the unstable region; it is a mild one if the scene only pushes the handle out."""
+    """Return the style of the unstable region; it is mild if the scene only pushes the handle out."""
     ground, hatch = (c.contact, c.ink3) if plane.pushes else (c.unstable, c.danger)
     return {"facecolor": ground, "edgecolor": hatch + _FAINT, "hatch": "//"}
 
