@@ -102,7 +102,8 @@ class Run:
         """Write columns, settings and their changes to a file.
 
         The path's suffix selects CSV, Parquet, .mat or a session. ``decimal`` is the decimal sign of a CSV,
-        "." or ",". Raise ParameterError, SessionError, OSError.
+        "." or ",". Raise ParameterError for an unknown suffix or sign, SessionError or OSError if the file
+        cannot be written.
         """
         if Path(path).suffix == SUFFIX:
             self._save_session(path)
@@ -214,7 +215,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     ``time`` starts at 0, on the device's clock if this clock is continuous. ``settings`` are those at the
     end; ``settings_log`` contains the earlier ones, and ``warnings`` name every change. Columns that were not
     recorded, state variables of other environments, and the true motion and the hand outside simulations are
-    NaN. Raise SessionError; raise ParameterError if there are no samples.
+    NaN. Raise SessionError for an invalid file, and ParameterError if there are no samples.
     """
     session = Session(path)
     try:
@@ -252,8 +253,8 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
 def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Recording":
     """Return a recording for identification from a session, the studio's own table or another table.
 
-    ``columns`` are the columns of a table from another program. Raise SessionError, FileError,
-    UnknownColumnsError.
+    ``columns`` are the columns of a table from another program. Raise SessionError or FileError for an
+    invalid file, and UnknownColumnsError if ``columns`` is needed.
     """
     from hapkit_studio.analysis.identify import from_csv, from_run  # imported late because it takes seconds
 

@@ -17,7 +17,7 @@ class LineParser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: Any = None) -> None:
         """Print help, version or an error.
 
-        Raise OSError if the output is closed, which argparse would hide.
+        Raise OSError if the output is closed; argparse would hide this error.
         """
         print(message or "", end="", file=file or sys.stderr, flush=True)
 

@@ -131,7 +131,7 @@ def _end_soon(code: int) -> None:
 
 
 def _exit_now(ends: Sequence[int]) -> None:
-    """Exit at once if there is a code, because Ctrl+C during Python's own shutdown would change the code."""
+    """Exit at once if ``ends`` has an exit code, which Ctrl+C during Python's shutdown could change."""
     for code in ends:
         _flush()
         os._exit(code)

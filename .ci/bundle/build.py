@@ -1,4 +1,4 @@
-"""Build the bundle: PyInstaller, bytecode, machine code, avrdude, licences, archive. `make bundle` runs it.
+"""Build the bundle of the studio with PyInstaller, avrdude and the licences. `make bundle` runs this script.
 
 The interpreter that runs this script needs the studio and PyInstaller.
 """

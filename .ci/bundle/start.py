@@ -22,9 +22,9 @@ def load_missing_libraries() -> None:
 def restore_environment() -> None:
     """Restore the environment variables that PyInstaller has changed, because other programs inherit them.
 
-    PyInstaller's library path leads to the libraries of this bundle, which other programs must not use. With
-    PYINSTALLER_RESET_ENVIRONMENT, another bundle that this program starts sets its own path. PyInstaller's
-    matplotlib folder is temporary and has no font cache.
+    PyInstaller's library path leads to the libraries of this bundle, which other programs must not use.
+    PYINSTALLER_RESET_ENVIRONMENT tells another bundle that this program starts to set its own library path.
+    PyInstaller's matplotlib folder is temporary and has no font cache.
     """
     for name in ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"):
         original = os.environ.pop(f"{name}_ORIG", None)

@@ -24,8 +24,8 @@ ENVIRONMENT = Environment(
     title="My mass on a spring",
     summary="A mass that keeps swinging",
     parameters=(
-        # name in the law, label, unit, default, lowest, highest, help; the law divides by the mass, so it
-        # is never 0
+        # name in the law, label, unit, default, lowest, highest, help; the law divides by the mass, so its
+        # lowest value is not 0
         Parameter("mass", "Mass", "kg", 0.1, 0.05, 1.0, "Mass on the spring"),
         Parameter("stiffness", "Stiffness", "N/m", 50.0, 0.0, 300.0, "Force per metre of stretch"),
         Parameter("damping", "Damping", "N·s/m", 0.1, 0.0, 1.0, "Force per metre per second of stretch"),

@@ -1,4 +1,4 @@
-"""Speed and accuracy of methods or scenes, or the model terms that scenes need: tables, JSON, a figure."""
+"""The command for speed and accuracy of methods and scenes, and for the model terms that scenes need."""
 
 import argparse
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The type of a command: texts, options and function; and options that several commands share."""
+"""The class ``Command``, and options that several commands share."""
 
 import argparse
 import contextlib
@@ -104,7 +104,7 @@ ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
 def key_values(
     pairs: Sequence[str], what: str = "A parameter", like: str = "stiffness=400"
 ) -> dict[str, object]:
-    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError, which names ``what``."""
+    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError for an invalid pair."""
     found: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
@@ -118,7 +118,7 @@ def key_values(
 
 
 def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
-    """Return the numbers in a text such as ``0,1,2``; raise ParameterError, which names ``what``."""
+    """Return the numbers in a text such as ``0,1,2``; raise ParameterError for an invalid number."""
     try:
         return tuple(float(word) for word in text.split(","))
     except ValueError:
@@ -126,7 +126,7 @@ def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
 
 
 def estimator_spec(text: str) -> Spec:
-    """Return the estimator that ``iir`` or ``iir:cutoff=20`` describes; raise ParameterError."""
+    """Return the estimator that ``iir`` or ``iir:cutoff=20`` describes; raise ParameterError for others."""
     name, colon, options = text.partition(":")
     if not colon:
         return name
@@ -161,7 +161,7 @@ SETTING_OPTIONS = (
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Return the given options by name, with the estimator parsed; raise ParameterError."""
+    """Return the given options by name; parse the estimator, and raise ParameterError if it is invalid."""
     found = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if "estimator" in found:
         found["estimator"] = estimator_spec(found["estimator"])
@@ -169,7 +169,7 @@ def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, A
 
 
 def setting_of(options: argparse.Namespace) -> LoopSettings:
-    """Return the LoopSettings of the given options; raise ParameterError."""
+    """Return the LoopSettings of the given options; raise ParameterError for an invalid one."""
     given = of_options(options, (*SETTING, "estimator", "hand"))
     return LoopSettings(**given, controller=options.controller)
 
@@ -204,7 +204,7 @@ _SKETCHES = (".ino", ".pde", ".c", ".cpp", ".h")
 
 
 def environment_named(wanted: str, trusting: bool) -> Environment:
-    """Return an environment by its key or its Python file; raise ParameterError, or LawError with the line.
+    """Return an environment by its key or its Python file; raise ParameterError or LawError if it is invalid.
 
     An untrusted file is shown, and is executed only after consent at the terminal or with ``trusting``.
     """
