@@ -21,6 +21,10 @@ FAILED = 2
 SESSION_SUFFIX = ".hapkit"  # the same as in sessions.file, which is slow to import
 _TEXTS_HELP = "print every text that the window can show and its place, for proofreading"
 EXIT_SECONDS = 1.0
+_NO_FOLDERS = (
+    "The system does not know your home directory or your documents folder. "
+    "Set HOME (on Windows USERPROFILE) to a folder of yours, then start again."
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -43,6 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(given: Sequence[str]) -> int:
     """Open the window or run a command; return the exit code."""
     _prepare_streams()
+    if not _has_folders():
+        return fail(_NO_FOLDERS)
     try:
         return _window(given) if _is_for_window(given) else _command(given)
     except StudioError as error:
@@ -53,6 +59,18 @@ def _run(given: Sequence[str]) -> int:
         return fail(f"{error.filename or 'output'}: {error.strerror or error}")
     except KeyboardInterrupt:
         return interrupts.INTERRUPTED
+
+
+def _has_folders() -> bool:
+    """Return True if the system knows the user's folders, which may be missing or closed to the user."""
+    import platformdirs
+
+    try:
+        for folder in ("config", "data", "cache", "documents"):
+            getattr(platformdirs, f"user_{folder}_dir")()
+    except (KeyError, RuntimeError, ValueError):  # of Windows' environment, of Unix, of Windows' system calls
+        return False
+    return os.path.expanduser("~") != "~"  # older versions of platformdirs leave it in the path
 
 
 def _is_for_window(given: Sequence[str]) -> bool:
@@ -87,7 +105,8 @@ def _command(given: Sequence[str]) -> int:
             interrupts.listen()
             base.check_outputs(options)
             result = options.command(options)
-            text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
+            limited = (sys.stdout.encoding or "utf-8").lower() != "utf-8"  # a code page lacks most characters
+            text = json.dumps(result.as_json, ensure_ascii=limited) if options.json else result.text
             print(printable(text), flush=True)
     except StudioError as error:
         # add the next step for the port that was given on the command line

@@ -108,7 +108,10 @@ def tour(where: str, words: list, folder: Path, environment: dict[str, str] | No
 
 def check_tour(where: str, seen: dict) -> None:
     own, lessons, views = seen["own"], seen["lessons"], seen["views"]
-    good = all(visit["running"] and visit["rows"] >= 200 for visit in seen["visits"].values())
+    good = all(
+        visit["chosen"] == key and visit["running"] and visit["rows"] >= 200
+        for key, visit in seen["visits"].items()
+    )
     good &= all(views.values()) and not any(lessons.values())
     good &= not own["problems"] and own["samples"] > 900 and own["force"] > 0.1
     if not good:

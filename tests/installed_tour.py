@@ -22,7 +22,7 @@ from hapkit_studio.sessions import folder as sessions
 from hapkit_studio.workshop import folder as workshop
 from hapkit_studio.workshop.source import read, trust_source
 
-PATIENCE = 180.0
+PATIENCE = 600.0
 """s: time-out of each wait."""
 
 

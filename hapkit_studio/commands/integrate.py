@@ -47,7 +47,7 @@ def files(program: Sequence[str]) -> dict[Path, str]:
 
 def installed() -> list[Path]:
     """Return the user's files that exist."""
-    return [path for path in files([]) if path.exists()]
+    return [path for path in files([]) if os.path.exists(path)]
 
 
 def desktop_entry(program: Sequence[str]) -> str:
@@ -151,7 +151,7 @@ def _install(options: argparse.Namespace, wanted: dict[Path, str]) -> Result:
 
 
 def _remove(options: argparse.Namespace, wanted: list[Path]) -> Result:
-    present = [path for path in wanted if path.exists()]
+    present = [path for path in wanted if os.path.exists(path)]
     if present:
         _confirm("Remove these files", present, options.yes)
     for path in present:

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -25,7 +26,7 @@ DAMAGED = 2
 
 def _list(options: argparse.Namespace) -> Result:
     place = Path(options.path or ".")
-    if not place.is_dir():
+    if not os.path.isdir(place):
         raise ParameterError(f"sessions list takes a folder, not {options.path}.")
     rows, found = [], []
     for path in sorted(place.glob(f"*{SUFFIX}")):

@@ -3,7 +3,6 @@
 import argparse
 import os
 import sys
-from pathlib import Path
 
 import platformdirs
 
@@ -52,7 +51,7 @@ def _matplotlib_cache() -> str:
 
 def run(_options: argparse.Namespace) -> Result:
     """List the places, and mark those that do not exist."""
-    found = [(what, path, Path(path).exists()) for what, path in places()]
+    found = [(what, path, os.path.exists(path)) for what, path in places()]
     width = max(len(what) for what, *_ in found)
     lines = [
         f"{what:<{width}}  {path}{'' if exists else '  (nothing there)'}" for what, path, exists in found

@@ -22,6 +22,7 @@ from numba.extending import intrinsic
 from hapkit_studio import program
 from hapkit_studio.errors import LawError
 
+_SPACE = 262_144  # bytes that the folder must have left for the machine code of a law
 KEPT_SECONDS = 60 * 86_400.0
 # The words are: the fault code; the fault line, or without a fault the remaining fuel; the line of the first
 # non-finite value; the fuel limit, 0 for the default.
@@ -134,8 +135,10 @@ def _folder() -> Path:
     folder = _configured_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_SPACE))
+            file.flush()
+        return folder
     except OSError:
         return Path(tempfile.mkdtemp(prefix="hapkit-studio-laws-"))
 

@@ -1,5 +1,6 @@
 """The available lessons: those that the studio contains, and those in an instructor's folder."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,12 +39,12 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
         folder = lab.settings().lessons
         if lab.settings().mistake:
             errors.append(lab.settings().mistake)
-        if folder is not None and not folder.is_dir():
+        if folder is not None and not os.path.isdir(folder):
             errors.append(f"{lab.FILE}: there is no folder {folder} with lessons.")
             folder = None
     paths = {path.stem: path for path in sorted(resources.path("lessons").glob(f"*{SUFFIX}"))}
     if folder is not None:
-        if not Path(folder).is_dir():
+        if not os.path.isdir(folder):
             raise ParameterError(f"There is no folder {folder}: name the folder with your lessons.")
         own = sorted(Path(folder).glob(f"*{SUFFIX}"))[:MOST_FILES]
         paths |= {path.stem: path for path in own}

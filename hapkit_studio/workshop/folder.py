@@ -34,7 +34,7 @@ def own_folder() -> Path:
 def existing() -> Path:
     """Return the folder of the user's environments, or the nearest parent that exists."""
     place = own_folder_path()
-    return next((f for f in (place, *place.parents) if f.is_dir()), place)
+    return next((f for f in (place, *place.parents) if os.path.isdir(f)), place)
 
 
 def own_files() -> list[Path]:

@@ -47,7 +47,7 @@ def prepared(part: str) -> bool:
 
     The part "laws" has no stamp, because each law itself knows whether it is compiled.
     """
-    return stamp(part).exists() or (uses_shipped_code() and not FILLING)
+    return os.path.exists(stamp(part)) or (uses_shipped_code() and not FILLING)
 
 
 def possible() -> bool:
