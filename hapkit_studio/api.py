@@ -136,7 +136,7 @@ class Run:
         from hapkit_studio.charts.run import run_figure
 
         known = {} if environment is None else {environment.key: environment}
-        run_figure(self, path, settings_of.words(self.log), known=known)
+        run_figure(self, path, settings_of.change_texts(self.log), known=known)
 
 
 def simulate(

@@ -102,13 +102,13 @@ class Choice:
         return self.options[int(value)]
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def option_labels(self) -> tuple[str, ...]:
         """Return all options' labels."""
         return self.labels or tuple(option.replace("_", " ").capitalize() for option in self.options)
 
-    def word(self, value: float) -> str:
+    def option_label(self, value: float) -> str:
         """Return one option's label."""
-        return self.words[int(value)]
+        return self.option_labels[int(value)]
 
     def phrase(self, value: float) -> str:
         """Return one option as the end of a sentence.

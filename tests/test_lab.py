@@ -206,7 +206,7 @@ def test_the_check_of_a_kit_names_what_the_limit_prevents(write):
     runner = BoardRunner(PaddleKit())
     runner.open()
     report = run_all(runner)
-    limited = [key for key, result in report.results.items() if "lab.toml" in result.words]
+    limited = [key for key, result in report.results.items() if "lab.toml" in result.text]
     assert limited == ["paddle", "spring"]
     assert not report.dangerous
     assert np.abs(runner.board.forces).max() <= 0.3

@@ -74,9 +74,9 @@ def test_resolve_lists_the_known_parameters():
 
 def test_an_option_is_shown_by_its_label_and_checked_by_its_name():
     rule = Choice("rule", "Rule", ("rk4", "semi_implicit"), labels=("RK4", "Semi-implicit"))
-    assert (rule.words, rule.word(1.0)) == (("RK4", "Semi-implicit"), "Semi-implicit")
+    assert (rule.option_labels, rule.option_label(1.0)) == (("RK4", "Semi-implicit"), "Semi-implicit")
     assert rule.text(1.0) == "semi_implicit"
-    assert Choice("a", "A", ("up", "half_way")).words == ("Up", "Half way")
+    assert Choice("a", "A", ("up", "half_way")).option_labels == ("Up", "Half way")
     with pytest.raises(ParameterError):
         rule.check("RK4")
 

@@ -43,12 +43,13 @@ class Alternative:
     force: float = 0.0
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return the option's cost and difference in one line."""
         program = self.plan.program
         return (
-            f"{self.choice.word(self.option)} takes {program.size:,} bytes, {program.usual:,.0f} cycles, and "
-            f"feels the same: the forces differ by at most {self.apart:.2f} N of {self.force:.1f} N."
+            f"{self.choice.option_label(self.option)} takes {program.size:,} bytes, "
+            f"{program.usual:,.0f} cycles, and feels the same: the forces differ by at most "
+            f"{self.apart:.2f} N of {self.force:.1f} N."
         )
 
 

@@ -64,7 +64,7 @@ class Axes:
         return tuple(map(len, astuple(self)))
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return the lengths of the axes as text."""
         names = "estimators", "rates", "delays", "hands", "dampings"
         return " × ".join(f"{count} {name}" for count, name in zip(self.shape, names, strict=True))
@@ -203,7 +203,7 @@ def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection
                 raise SurveyError(f"{path.name} is not a survey.")
             there = _axes(database, path.name)
             if axes not in (None, there):
-                raise SurveyError(f"{path.name} holds {there.words}: use these, or choose another file.")
+                raise SurveyError(f"{path.name} holds {there.text}: use these, or choose another file.")
             yield database
     except sqlite3.Error as error:
         raise SurveyError(f"{path.name} cannot be used: {error}.") from None

@@ -12,7 +12,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.analysis.accuracy import texts
 from hapkit_studio.analysis.accuracy.plan import front
 from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_text, hertz, jnd, limit_text
 from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
@@ -51,8 +51,8 @@ def marker_and_color(method: str) -> tuple[str, str]:
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
     """Return the columns of the table of the cheapest methods for each tolerance, on computer or board."""
     return (
-        Column("Cheapest, step", lambda t: words.winner_text(sheet, t, board, "ms"), right=False),
-        Column("Error ≤", lambda t: words.tolerance_text(t, sheet.scene), right=False),
+        Column("Cheapest, step", lambda t: texts.winner_text(sheet, t, board, "ms"), right=False),
+        Column("Error ≤", lambda t: texts.tolerance_text(t, sheet.scene), right=False),
     )
 
 
@@ -90,7 +90,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
         for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
             if result.sheets:
                 counted = board and part.boarded
-                said = [part.scene.title, words.sentence(part, counted)]
+                said = [part.scene.title, texts.sentence(part, counted)]
             else:
                 said = [part.question.environment.title, *map(part.sentence, _places(part))]
             head = "\n".join(fill(line, wide // 8) for line in said)
@@ -122,7 +122,7 @@ class AccuracyAxes:
 
     def __init__(self, sheet: "Sheet", board: bool = False):
         self.board, self._scale = board, 1e-6 if board else 1e-3
-        self._floor, (self.factor, self.unit) = _FLOOR[sheet.scene.unit], words.unit(sheet.scene)
+        self._floor, (self.factor, self.unit) = _FLOOR[sheet.scene.unit], texts.unit(sheet.scene)
         self.points = [p for p in sheet.points if math.isfinite(p.cost(board))]
         costs, errors = zip(*map(self.place, self.points), strict=True)
         errors = *errors, sheet.scene.tolerance * self.factor
@@ -183,7 +183,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
             )  # fmt: skip
     legend(axes, c)
     figure.figure.draw_without_rendering()
-    tolerance = f"within {words.tolerance_text(sheet.scene.tolerance, sheet.scene)}"
+    tolerance = f"within {texts.tolerance_text(sheet.scene.tolerance, sheet.scene)}"
     found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
         found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.words import conditions
+from hapkit_studio.analysis.identify.texts import conditions
 from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, save, style_axes, unbroken
 
 if TYPE_CHECKING:

@@ -36,7 +36,7 @@ Mark = tuple[float, str]
 class Past:
     """An earlier trace for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
 
-    words: str
+    label: str
     time: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
@@ -84,7 +84,7 @@ def draw(
     over = over or _curve_quantity(found)
     for was in past:
         line_style = {"color": getattr(c, was.token), "dashes": was.dash}
-        upper.plot(was.time, 1e3 * was.position, label=was.words, **line_style)
+        upper.plot(was.time, 1e3 * was.position, label=was.label, **line_style)
         middle.plot(was.time, 1e3 * was.velocity, **line_style)
         lower.plot(was.time, was.force, **line_style)
         loop.plot(1e3 * getattr(was, over), was.force, **line_style)

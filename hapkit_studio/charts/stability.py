@@ -84,7 +84,7 @@ def stability_figure(
         lambda figure, c: draw(figure, c, shown),
         path,
         _SIZE,
-        title + plane.words,
+        title + plane.text,
         style.unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
         + "\n"
         + style.unbroken([" ".join(pair) for pair in pairs]),

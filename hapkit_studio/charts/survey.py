@@ -24,7 +24,7 @@ def survey_figure(found: "tuple[Axes, np.ndarray]", path: str | Path) -> None:
     axes, limits = found
     known = np.mean(~np.isnan(limits))
     title = f"What rate buys and delay costs: {compact(100.0 * known, 3)} % of {limits.size:,} loops computed"
-    caption = f"{axes.words}. Lines: median over all others. Dashed: the softest tenth."
+    caption = f"{axes.text}. Lines: median over all others. Dashed: the softest tenth."
     save(lambda figure, c: draw(figure, c, axes, limits), path, _SIZE, title, caption)
 
 

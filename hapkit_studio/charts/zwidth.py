@@ -48,7 +48,7 @@ class Walls:
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
     """Write the rendered walls, the linear limit and the conditions."""
     walls = Walls.of(result)
-    caption = unbroken([result.place, *(c.words for c in result.conditions)])
+    caption = unbroken([result.place, *(c.short_text for c in result.conditions)])
     save(lambda figure, c: draw(figure, c, walls), path, _SIZE, result.sentence, caption)
 
 

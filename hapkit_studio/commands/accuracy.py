@@ -7,7 +7,7 @@ from typing import Any
 
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import accuracy as measure
-from hapkit_studio.analysis.accuracy import Accuracy, words
+from hapkit_studio.analysis.accuracy import Accuracy, texts
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet, front
 from hapkit_studio.analysis.accuracy.scene import PARTS, Option, SceneRequest, SceneResult
@@ -97,14 +97,14 @@ def _sheet(sheet: Sheet) -> str:
         columns.append(replace(on_board, title="On the board"))
     best = front(sheet.points)
     points = (
-        Column("Method", lambda p: words.name_text(p, sheet), right=False),
-        Column("Error", lambda p: words.error_text(p.error, sheet.scene)),
-        Column("Cost", words.cost_text),
-        Column("Cost on the board", lambda p: words.cost_text(p, True)),
+        Column("Method", lambda p: texts.name_text(p, sheet), right=False),
+        Column("Error", lambda p: texts.error_text(p.error, sheet.scene)),
+        Column("Cost", texts.cost_text),
+        Column("Cost on the board", lambda p: texts.cost_text(p, True)),
         Column("", lambda p: "*" * (p in best), right=False),
     )
     return "\n".join([
-        f"{sheet.chart} · {sheet.scene.title}", words.sentence(sheet),
+        f"{sheet.chart} · {sheet.scene.title}", texts.sentence(sheet),
         *text_lines(columns, sheet.scene.tolerances, "  "), *text_lines(points, sheet.points, "  "),
     ])  # fmt: skip
 
@@ -144,7 +144,7 @@ def _needs(found: Needs) -> str:
     )
     return "\n".join([
         f"{found.scene} needs {', '.join(found.needs) or 'none of them'}",
-        *(f"  {term.words}" for term in found.law),
+        *(f"  {term.text}" for term in found.law),
         *text_lines(columns, found.effects, "  "),
     ])  # fmt: skip
 

@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> Result:
 
 def _verdict(one: Try | None) -> str:
     assert one is not None
-    return f"{'holds' if one.evidence.holds else 'fails'}: {one.evidence.words}"
+    return f"{'holds' if one.evidence.holds else 'fails'}: {one.evidence.text}"
 
 
 def _limit(shown: Shown) -> str:

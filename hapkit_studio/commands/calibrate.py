@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> Result:
         if options.springs:
             strength = _strength(board, options.springs, 0.01 * options.springs_known)
             settings = board.save()
-    notes = {"Strength": strength.words} if strength else {}
+    notes = {"Strength": strength.text} if strength else {}
     written = str(calibration_file.write(profiles.of_settings(settings), notes)) if options.write else ""
     numbers = {f.name: getattr(settings, f.name) for f in Board.layout()}
     words = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}

@@ -41,11 +41,11 @@ def run(options: argparse.Namespace) -> Result:
     titles = {check.key: check.title for check in CHECKS}
     lines = []
     for key, result in report.results.items():
-        lines.append(f"{titles[key]:<18} {_SIGNS[result.level]:<9} {result.words}")
+        lines.append(f"{titles[key]:<18} {_SIGNS[result.level]:<9} {result.text}")
         if result.remedy:
             lines.append(f"{'':<28} {result.remedy}")
     found = {"device": options.device, **report.as_json()}
-    return Result("\n".join([*lines, report.words]), found, DANGER if report.dangerous else 0)
+    return Result("\n".join([*lines, report.text]), found, DANGER if report.dangerous else 0)
 
 
 COMMAND = Command("check", "test a connected Hapkit in half a minute without changing it", run, OPTIONS, 95)

@@ -256,7 +256,7 @@ def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
     return found
 
 
-def words(found: dict[str, Any]) -> list[str]:
+def summary_lines(found: dict[str, Any]) -> list[str]:
     """Return a line for each renderer that was measured, and a line for the link."""
     lines = []
     for where in RENDERERS:

@@ -61,7 +61,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"worst {late['max']:,.0f}\n"
         f"missed {health.missed}, lost frames {health.link.lost_frames}, "
         f"{delay}\n"
-        + "".join(f"{line}\n" for line in (*live_run.words(played.found), *played.remarks))
+        + "".join(f"{line}\n" for line in (*live_run.summary_lines(played.found), *played.remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )
     return Result(text, numbers)

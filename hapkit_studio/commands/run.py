@@ -161,7 +161,7 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
         + (f", clamped in {clamped:,} samples" if clamped else ""),
         f"energy given to the hand {1e3 * numbers['energy_given']:.3f} mJ",
     ]
-    lines += live_run.words(found) if found else []
+    lines += live_run.summary_lines(found) if found else []
     lines += [*done.faults, *done.warnings]
     code = FAULT if found and done.faults else INTERRUPTED if found.get("interrupted") else 0
     return base.with_files("\n".join(lines), numbers, written, code)

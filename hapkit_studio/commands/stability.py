@@ -125,7 +125,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
         f"In the worst hand of a box around people's hands {_newtons(people)} N/m: "
         f"{compact(mass, 3)} kg, {b:g} N·s/m, {compact(k, 4)} N/m.",
         *(
-            f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
+            f"  {hand.what}: {hands.ranges_text(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
             f"{'' if hand.read else ' (from memory)'}"
             for hand in hands.KNOWN
         ),

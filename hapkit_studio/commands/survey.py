@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> base.Result:
     seconds = time.monotonic() - begin
     axes, limits = survey.read(options.file)
     known, computed = survey.known(limits), rows * axes.shape[-1]
-    text = f"{axes.words}: {known:,} of {limits.size:,} loops known."
+    text = f"{axes.text}: {known:,} of {limits.size:,} loops known."
     if computed:
         each = 1e6 * seconds / computed
         text += f" {computed:,} computed in {base.span(seconds)}, {compact(each, 3)} µs each."

@@ -52,7 +52,7 @@ class Avrdude:
     chips: Path | None = None
 
     @property
-    def words(self) -> list[str]:
+    def command(self) -> list[str]:
         """Return the first words of the command line."""
         return [os.fspath(self.program), *([f"-C{self.chips}"] if self.chips else [])]
 

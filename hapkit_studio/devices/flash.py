@@ -128,7 +128,7 @@ def flash(
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
     for speed in speeds * ROUNDS:
-        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
+        words = [*found.command, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
         output = Output(progress)
         if _run([*words, "-U", f"flash:w:{path}:i"], port, output) == 0:
             return Flashed(len(data), speed, time.monotonic() - begin)

@@ -403,4 +403,4 @@ def _answers(board: HapkitBoard) -> dict[str, Any]:
         found["settings"]["origin"] = Origin(settings.origin).name.lower()
     except DeviceError as error:
         words.append(str(error).rstrip("."))
-    return found | {"text": " ".join(f"{line}." for line in words) + f" {latency.words}".rstrip()}
+    return found | {"text": " ".join(f"{line}." for line in words) + f" {latency.text}".rstrip()}

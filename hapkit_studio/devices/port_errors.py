@@ -110,7 +110,9 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
     """Return the error for a port without a Hapkit, based on the received bytes, if any."""
     name, known = port_name(port), serial_ports.at(port)
     if known is not None and known.role is Role.OTHER:
-        return NotAHapkitError(f"{name} is a different kind of port: {known.words}. Choose another port.")
+        return NotAHapkitError(
+            f"{name} is a different kind of port: {known.description}. Choose another port."
+        )
     if by := holder(port):  # with two readers, each receives only some of the bytes
         return busy(port, by)
     what = f"{name} answers, but is not a Hapkit." if heard else f"{name} does not answer."

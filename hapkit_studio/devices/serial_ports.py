@@ -26,7 +26,7 @@ class Role(IntEnum):
 class Chip(NamedTuple):
     """The description of a USB product; a product number of None means all other products of the vendor."""
 
-    words: str
+    description: str
     role: Role
     numbers: tuple[tuple[int, int | None], ...]
 
@@ -79,7 +79,7 @@ class Port:
     """One serial port of this computer."""
 
     path: str
-    words: str
+    description: str
     role: Role
     identity: Identity = NOWHERE
 
@@ -87,7 +87,7 @@ class Port:
     def title(self) -> str:
         """Return the port's title in the device list."""
         remark = ", not a Hapkit" if self.role is Role.OTHER else ""
-        return f"{port_name(self.path)}: {self.words}{remark}".rstrip(": ")
+        return f"{port_name(self.path)}: {self.description}{remark}".rstrip(": ")
 
 
 def port_name(path: str) -> str:
@@ -129,7 +129,7 @@ def _port(info: Any) -> Port:
     if named is not None and not (chip and chip.role is Role.KIT):
         return Port(info.device, named, Role.OTHER, identity)
     if chip is not None:
-        return Port(info.device, chip.words, chip.role, identity)
+        return Port(info.device, chip.description, chip.role, identity)
     return Port(info.device, said or "serial port", Role.UNKNOWN, identity)
 
 
@@ -207,7 +207,7 @@ class Latency:
         return self.timer is not None and self.timer > SHORT_TIMER
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return the latency as text with a remedy if needed; "" without a timer."""
         if self.timer is None:
             return ""

@@ -213,7 +213,7 @@ class Difference(NamedTuple):
 def difference(parameter: AnyParameter, old: Any, new: Any) -> Difference:
     """Return two values of a parameter as text; an option of a choice is given by index or by name."""
     if isinstance(parameter, Choice):
-        before, after = (parameter.word(parameter.check(value)) for value in (old, new))
+        before, after = (parameter.option_label(parameter.check(value)) for value in (old, new))
         return Difference(parameter.label, before, after, "")
     shown = Quantity(parameter)
     before, after = (shown.text(value * shown.factor) for value in (old, new))

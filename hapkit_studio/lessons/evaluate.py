@@ -116,20 +116,20 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
     if check.expect is None:
         low, high = check.at_least, check.at_most
         if low is not None and not value >= low:
-            return WRONG, f"at least {entry.words(low)} is needed."
+            return WRONG, f"at least {entry.text(low)} is needed."
         if high is not None and not value <= high:
-            return WRONG, f"at most {entry.words(high)} is allowed."
+            return WRONG, f"at most {entry.text(high)} is allowed."
         limits = {"at least": low, "at most": high}
-        words = [f"{name} {entry.words(limit)}" for name, limit in limits.items() if limit is not None]
+        words = [f"{name} {entry.text(limit)}" for name, limit in limits.items() if limit is not None]
         return CORRECT, f"{' and '.join(words)}: correct."
     wanted, source = _wanted(check, part)
     tolerance = (
         check.tolerance if check.tolerance is not None else 0.01 * (check.percent or 0.0) * abs(wanted)
     )
-    goal = f"{source} {entry.words(wanted)}"
+    goal = f"{source} {entry.text(wanted)}"
     if abs(value - wanted) > tolerance:
         way = "too high" if value > wanted else "too low"
-        return WRONG, f"{goal}: {way} by {entry.words(abs(value - wanted))}."
+        return WRONG, f"{goal}: {way} by {entry.text(abs(value - wanted))}."
     if found.half > max(tolerance, 1e-12):
         return WRONG, f"{goal}: the interval is too wide. Move farther or for longer."
     return CORRECT, f"{goal}: correct."

@@ -101,12 +101,12 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
 def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tuple[str, str, str]:
     """Compare an answer with the re-evaluated interval; return value, state and reason."""
     entry, stored = MEASUREMENTS[check.measure], answer.result
-    value = entry.words(again.value) if math.isfinite(again.value) else ""
+    value = entry.text(again.value) if math.isfinite(again.value) else ""
     if stamp != stored.stamp and stored.state in (CORRECT, WRONG):
         reason = "The samples or settings of this interval are not those of the answer."
         return value, EDITED, f"{reason} They give: {again.text}"
     if stored.state != again.state or not _alike(stored.value, again.value):
-        stored_text = entry.words(stored.value) if math.isfinite(stored.value) else "no value"
+        stored_text = entry.text(stored.value) if math.isfinite(stored.value) else "no value"
         reason = f"The file says {stored_text}, {stored.state}; its samples give: {again.text}"
         return value, EDITED, reason
     return value, again.state, again.text

@@ -61,7 +61,7 @@ class Measurement:
     decimals: int | None = None
     needs_region: bool = False
 
-    def words(self, value: float) -> str:
+    def text(self, value: float) -> str:
         """Format a value with its unit."""
         if self.decimals is not None:
             return f"{number(value, self.decimals)} {self.unit}".rstrip()
@@ -72,7 +72,7 @@ class Measurement:
     def interval_text(self, found: Measured) -> str:
         """Format a value with its interval."""
         if not found.half > _EXACT * abs(found.value) or not math.isfinite(found.half):
-            return self.words(found.value)
+            return self.text(found.value)
         if self.decimals is not None:
             half = number(found.half, self.decimals)
             return f"{number(found.value, self.decimals)} ± {half} {self.unit}".rstrip()

@@ -105,14 +105,14 @@ class _Reader:
             "aim": head.text("aim", _PARAGRAPH),
             "minutes": head.number("minutes", 1.0, 600.0, "min"),
             "order": head.integer("order", 0, 1000, 100),
-            "hide": head.words("hide", HIDDEN),
+            "hide": head.names("hide", HIDDEN),
             "rubric": head.records("rubric", self._criterion),
             "hide_names": head.flag("hide_names"),
         }
-        keys = head.words("environments", tuple(self.known))
+        keys = head.names("environments", tuple(self.known))
         if not keys:
             raise head.wrong("environments", "a lesson has at least one environment")
-        lock = head.words("lock", self._lockable(keys))
+        lock = head.names("lock", self._lockable(keys))
         head.finish()
         # Replace the header by empty lines, so that a token's line number is that of the file.
         body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
@@ -257,8 +257,8 @@ class _Reader:
             grip=table.choice("grip", GRIPS, before.grip) or "released",
             device=table.choice("device", DEVICES, before.device) or DEVICES[0],
             view=table.choice("view", views(), before.view) or views()[0],
-            hide=table.words("hide", HIDDEN, before.hide),
-            lock=table.words("lock", self._lockable([found.key]), before.lock),
+            hide=table.names("hide", HIDDEN, before.hide),
+            lock=table.names("lock", self._lockable([found.key]), before.lock),
         )
         table.finish()
         return scene
@@ -496,7 +496,7 @@ class _Table:
             raise self.wrong(key, f"{key} is one of {', '.join(names)}, not {quoted(value)}")
         return value
 
-    def words(self, key: str, known: Iterable[str], default: tuple[str, ...] = ()) -> tuple[str, ...]:
+    def names(self, key: str, known: Iterable[str], default: tuple[str, ...] = ()) -> tuple[str, ...]:
         if key not in self._left:
             return default
         value, names = self.get(key), tuple(known)

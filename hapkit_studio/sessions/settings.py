@@ -103,10 +103,10 @@ def changes(events: Sequence[Event], start: float, stop: float) -> list[str]:
 
 def timed_changes(events: Sequence[Event], start: float, stop: float) -> list[tuple[float, str]]:
     """Return each change until ``stop`` as its time in s after ``start``, and a description."""
-    return words(log(events, start, stop))
+    return change_texts(log(events, start, stop))
 
 
-def words(log: Log) -> list[tuple[float, str]]:
+def change_texts(log: Log) -> list[tuple[float, str]]:
     """Return each change in a log as its time in s, and a description."""
     pairs = ((time, differences(before, after)) for (_, before), (time, after) in pairwise(log))
     return [(time, ", ".join(found) or "device changed") for time, found in pairs]

@@ -19,8 +19,8 @@ def test_the_cheapest_imperceptible_option_is_offered():
     one = found("wall", 100, damping_mode="both", damping=0.0)
     assert one.choice.options[one.option] == "none"
     assert (one.plan.program.size <= 100, one.apart) == (True, 0.0)
-    assert f"{one.plan.program.size} bytes" in one.words
-    assert f"the forces differ by at most 0.00 N of {one.force:.1f} N." in one.words
+    assert f"{one.plan.program.size} bytes" in one.text
+    assert f"the forces differ by at most 0.00 N of {one.force:.1f} N." in one.text
     assert found("wall", 100, damping_mode="both", damping=20.0) is None
 
 

@@ -60,12 +60,12 @@ def test_the_path_comes_before_the_arduino_ide(nothing_there):
     new.unlink()
     assert avrdude.find(system="linux") == avrdude.Avrdude(old)
     on_path = program(nothing_there / "bin" / "avrdude")
-    assert avrdude.find(system="linux").words == [str(on_path)]
+    assert avrdude.find(system="linux").command == [str(on_path)]
     # the program was built for another folder, so the studio passes the path of its configuration
     chips = nothing_there / "etc" / "avrdude.conf"
     chips.parent.mkdir()
     chips.touch()
-    assert avrdude.find(system="linux").words == [str(on_path), f"-C{chips}"]
+    assert avrdude.find(system="linux").command == [str(on_path), f"-C{chips}"]
 
 
 @posix
@@ -75,7 +75,7 @@ def test_a_bundles_avrdude_is_found_last_with_its_list_of_chips(nothing_there, m
     chips.parent.mkdir()
     chips.touch()
     monkeypatch.setattr(avrdude, "AVRDUDE", own.parent)
-    assert avrdude.find(system="linux").words == [str(own), f"-C{chips}"]
+    assert avrdude.find(system="linux").command == [str(own), f"-C{chips}"]
     on_path = program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(system="linux") == avrdude.Avrdude(on_path)
 

@@ -288,7 +288,7 @@ def test_a_short_timer_needs_no_remedy(timer):
     latency = shorten_latency(line, "/dev/ttyUSB0", A)
     assert line.asked == [True]
     assert latency == Latency(0.001, True, "/dev/ttyUSB0")
-    assert latency.words == "The USB chip delays data by up to 1 ms."
+    assert latency.text == "The USB chip delays data by up to 1 ms."
 
 
 @pytest.mark.parametrize("refuses", [OSError(1, "Operation not permitted"), ValueError(), AttributeError()])
@@ -296,18 +296,18 @@ def test_a_refusal_is_reported_with_a_remedy(timer, refuses):
     timer("16\n")
     latency = shorten_latency(Line(refuses), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, True, "/dev/ttyUSB0")
-    assert latency.words.startswith("The USB chip delays data by up to 16 ms. Run `echo 1 | sudo tee ")
-    assert "/ttyUSB0/latency_timer`" in latency.words
-    assert "let the board compute the force" in latency.words
+    assert latency.text.startswith("The USB chip delays data by up to 16 ms. Run `echo 1 | sudo tee ")
+    assert "/ttyUSB0/latency_timer`" in latency.text
+    assert "let the board compute the force" in latency.text
 
 
 def test_an_unreadable_timer_is_the_default_and_other_chips_have_none(timer, monkeypatch):
     latency = shorten_latency(Line(), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, False, "/dev/ttyUSB0")
-    assert "the usual value" in latency.words
+    assert "the usual value" in latency.text
     for identity in (NOWHERE, Identity(0x2341, 0x0043)):
         none = shorten_latency(Line(), "/dev/ttyACM0", identity)
-        assert (none.timer, none.long, none.words) == (None, False, "")
+        assert (none.timer, none.long, none.text) == (None, False, "")
     for system, words in (("win32", "Device Manager"), ("darwin", "FTDI's own driver")):
         monkeypatch.setattr(serial_ports.sys, "platform", system)
-        assert words in latency.words
+        assert words in latency.text

@@ -101,7 +101,7 @@ class LawTerm:
     limit: tuple[float, float]
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Describe how much faster the law is without the term."""
         cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
         return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
@@ -151,9 +151,9 @@ class _Rendered:
 
     def difference(self, trial: Trial, gone: Iterable[str]) -> Difference:
         """Return the felt difference between a trial with all terms and the same trial without some terms."""
-        if trial.words not in self._whole:
-            self._whole[trial.words] = self.run(trial, ())
-        return self._felt(trial, self._whole[trial.words], self.run(trial, gone))
+        if trial.label not in self._whole:
+            self._whole[trial.label] = self.run(trial, ())
+        return self._felt(trial, self._whole[trial.label], self.run(trial, gone))
 
     def _felt(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
         return trials.felt(self.environment, trial, one, other, self._force_share)
@@ -163,10 +163,10 @@ class _Rendered:
         scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
         if tuple(gone) == ("mass",):
             scripted = [trial for trial in scripted if trial.holds]
-        tried = [(self.difference(trial, gone), trial.words) for trial in scripted]
+        tried = [(self.difference(trial, gone), trial.label) for trial in scripted]
         if max((one.most for one, _ in tried), default=0.0) <= 1.0:
             for trial in (variant for one in scripted[:-1] for variant in trials.variants(one)):
-                tried.append((self.difference(trial, gone), trial.words))
+                tried.append((self.difference(trial, gone), trial.label))
         if not tried:
             return Effect(self.environment.key, label, None)
         most, hand = max(tried, key=lambda one: one[0].most)

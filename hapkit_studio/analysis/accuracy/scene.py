@@ -111,10 +111,10 @@ class SceneRequest:
             if not self.environment.check(self.with_options(options)):
                 yield options
 
-    def words(self, options: Options) -> str:
+    def options_text(self, options: Options) -> str:
         """Return a text with the methods; "" for a scene that has none."""
         chosen = dict(options)
-        return ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
+        return ", ".join(choice.option_label(chosen[choice.key]) for choice in self.choices)
 
 
 @dataclass(frozen=True)
@@ -159,11 +159,11 @@ class Ideal:
 
     def rate(self, trial: Trial) -> float:
         """Return the ideal's rate in Hz: at twice this rate the result differs by less than KNOWN."""
-        rate = self.rates.get(trial.words, SLOWEST_IDEAL)
-        while trial.words not in self.rates:
+        rate = self.rates.get(trial.label, SLOWEST_IDEAL)
+        while trial.label not in self.rates:
             change = self._difference(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
             if rate >= FASTEST_IDEAL or change < KNOWN:
-                self.rates[trial.words] = rate
+                self.rates[trial.label] = rate
             else:
                 rate *= 2.0
         return rate
@@ -191,7 +191,7 @@ class Ideal:
         The contributions are computed from combinations of parts. A part is left out if
         the results of the real and of the ideal loop are bit-identical without it.
         """
-        trial = next(t for t in self.trials if t.words == option.hand)
+        trial = next(t for t in self.trials if t.label == option.hand)
         every = frozenset(PARTS)
 
         def matters(part: str) -> bool:
@@ -233,7 +233,7 @@ class Ideal:
         return not np.array_equal(one, other, equal_nan=True)
 
     def _render(self, trial: Trial, options: Options, rate, delay, spec: Spec | None, quantum, force):
-        key = trial.words, options, rate, delay, repr(spec), quantum, force
+        key = trial.label, options, rate, delay, repr(spec), quantum, force
         if key not in self.rendered:
             q, loop = self._question, LoopSettings(rate, delay, "difference" if spec is None else spec)
             device = replace(q.device, quantum=quantum, max_force=force)
@@ -451,7 +451,7 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
         if place.delay is None:
             delay = (tick + REST_AT_MOST) / CLOCK
     limit = limit_of(question, options, rate, delay, spec)
-    return Option(place.name, options, spec, question.words(options), rate, delay, cycles, tick, limit)
+    return Option(place.name, options, spec, question.options_text(options), rate, delay, cycles, tick, limit)
 
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
@@ -462,7 +462,7 @@ def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneRe
         progress(done, len(every))
         option = loop_of(question, (place, options, question.spec(place.name)), planner)
         if isinstance(option, str):
-            refused[question.words(options)] = option
+            refused[question.options_text(options)] = option
         else:
             found.append(_judged(option, ideal))
     progress(len(every), len(every))
@@ -470,7 +470,7 @@ def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneRe
 
 
 def _judged(option: Option, ideal: Ideal) -> Option:
-    felt = [(ideal.error(trial, option), trial.words) for trial in ideal.trials]
+    felt = [(ideal.error(trial, option), trial.label) for trial in ideal.trials]
     most, hand = max(felt, key=lambda one: one[0].most)
     return replace(option, error=most.most, sense=most.word, hand=hand)
 

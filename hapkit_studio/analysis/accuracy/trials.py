@@ -32,7 +32,7 @@ HANDS = ("released", "press", "stroke")
 class Trial:
     """A hand's motion in a scene, with its duration in s, and the handle's initial speed in m/s."""
 
-    words: str
+    label: str
     hand: Hand
     seconds: float
     thrown: float = 0.0
@@ -58,13 +58,13 @@ def variants(trial: Trial) -> Iterator[Trial]:
     """Yield variants: other throwing speeds, a longer run, other times of release."""
     if trial.thrown:
         for speed in THROWS:
-            yield replace(trial, words=f"thrown {compact(speed, 3)} m/s", seconds=LONG, thrown=speed)
+            yield replace(trial, label=f"thrown {compact(speed, 3)} m/s", seconds=LONG, thrown=speed)
         return
     if trial.seconds < LONG:
-        yield replace(trial, words=f"{trial.words} for {LONG:g} s", seconds=LONG)
+        yield replace(trial, label=f"{trial.label} for {LONG:g} s", seconds=LONG)
     for moment in np.arange(MOMENT, trial.seconds, MOMENT):
         let_go = replace(trial.hand, release=moment)
-        yield Trial(f"{trial.words} until {compact(moment, 3)} s", let_go, moment + WATCHED)
+        yield Trial(f"{trial.label} until {compact(moment, 3)} s", let_go, moment + WATCHED)
 
 
 def render(scene: headless.Scene, trial: Trial) -> np.ndarray:

@@ -126,7 +126,7 @@ class Calibration:
             held = f"Dry friction holds the handle up to {broke.force:.2f} N.{turn}"
             found = passed(f"{held} Force and position agree.") if slow.agrees else slow.result
         more = f" The motor begins to turn at duty {band} of 255; the step Friction measures it."
-        return replace(found, words=found.words + more) if band else found
+        return replace(found, text=found.text + more) if band else found
 
     def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
         """Return the direction that the pushes show, and whether a reversal and a retry were needed."""

@@ -141,12 +141,12 @@ def direction(runner: BoardRunner) -> CheckResult:
     """Check the direction by pushing both ways."""
     found = push_both_ways(runner)
     if found.agrees is False:
-        words = found.result.words + " A spring would run away."
+        words = found.result.text + " A spring would run away."
         remedy = "Run Set up my Hapkit, step Direction, or Device, Flip direction."
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         words = (
-            f"{found.result.words} Dry friction of {runner.settings.coulomb:.2f} N is stored, which may "
+            f"{found.result.text} Dry friction of {runner.settings.coulomb:.2f} N is stored, which may "
             "hold it."
         )
         return warn("no motion", words, f"{_FRICTION_REMEDY} Otherwise: {found.result.remedy}")
@@ -228,7 +228,7 @@ class Report:
         return any(result.level == FAIL for result in self.results.values())
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return a one-line summary."""
         if self.good:
             return "Your Hapkit works correctly."

@@ -156,7 +156,7 @@ class Strength:
     motor_constant: float
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         share = f"{100.0 * self.ratio:.0f} ± {100.0 * self.half:.0f} %"
         constant = f"motor constant {1e3 * self.motor_constant:.2f} mN·m"
         return f"The motor gives {share} of the force that was set: {constant}."

@@ -14,7 +14,7 @@ class CheckResult:
     """
 
     level: str
-    words: str
+    text: str
     remedy: str = ""
     key: str = ""
 

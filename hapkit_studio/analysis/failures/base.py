@@ -34,7 +34,7 @@ POINTS = 2400
 class Evidence:
     """The result of one trial: samples (n,), period ``step`` in s, the measured number, and the verdict.
 
-    The samples end when the motion diverges. ``measure`` has the unit measure_unit. ``words`` describes
+    The samples end when the motion diverges. ``measure`` has the unit measure_unit. ``text`` describes
     measure and verdict in one line. If ``held`` is true, the samples are drawn as steps.
     """
 
@@ -45,7 +45,7 @@ class Evidence:
     holds: bool
     measure: float
     measure_unit: str
-    words: str
+    text: str
     held: bool = False
 
     @property
@@ -324,7 +324,7 @@ def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
     if one is None:
         return {}
     found = one.evidence
-    keys = ("holds", "measure", "measure_unit", "words")
+    keys = ("holds", "measure", "measure_unit", "text")
     numbers = {"value": one.value, **{key: getattr(found, key) for key in keys}}
     if traces:
         time, trace = found.trace

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify import texts
 from hapkit_studio.analysis.identify.estimates import TERMS, Estimate, Part, Points, Term
 from hapkit_studio.analysis.identify.handle import handle
 from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, from_csv, from_run, of_rows
@@ -18,7 +18,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
 __all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
-__all__ += ["from_csv", "from_run", "identify", "of_rows", "words"]
+__all__ += ["from_csv", "from_run", "identify", "of_rows", "texts"]
 
 RENDERED_TERMS = ("stiffness", "damping", "friction")
 
@@ -42,23 +42,23 @@ class Identified:
 
     def sentences(self, part: Part) -> list[str]:
         """Return a part's results as sentences, one per line."""
-        return words.sentences(part, self.setup, self.samples) + self._noise_remark(part)
+        return texts.sentences(part, self.setup, self.samples) + self._noise_remark(part)
 
     def notes(self, part: Part) -> list[str]:
         """Return the remarks below a table of a part's numbers, one per line."""
-        return words.notes(part, self.setup, self.samples) + self._noise_remark(part)
+        return texts.notes(part, self.setup, self.samples) + self._noise_remark(part)
 
     def _noise_remark(self, part: Part) -> list[str]:
-        return [words.noisy(self.noise, self.setup)] if self.noise and part.estimates else []
+        return [texts.noisy(self.noise, self.setup)] if self.noise and part.estimates else []
 
     @property
     def force_known(self) -> str:
         """Return a sentence that says that the force is the command, not a measurement."""
-        return words.force_known(self.setup)
+        return texts.force_known(self.setup)
 
     def surprises(self, part: Part) -> bool:
         """Return True if a rendered value differs from both the setting and the loop's expected value."""
-        return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
+        return part.key == "rendered" and any(texts.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
         """Return both parts with their intervals, without points.
@@ -66,7 +66,7 @@ class Identified:
         Numbers are in SI units unless a key names a unit.
         """
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
-        setup = dict(words.conditions(self.setup, self.handle.released))
+        setup = dict(texts.conditions(self.setup, self.handle.released))
         found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
         return plain(found | {"position_noise_m": self.noise, "force": self.force_known})
 
@@ -82,7 +82,7 @@ class Identified:
             "used_s": part.seconds,
             "released": part.released,
             "left_out": part.left_out,
-            "words": self.sentences(part),
+            "text": self.sentences(part),
         }
 
 

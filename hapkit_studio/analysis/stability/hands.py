@@ -68,7 +68,7 @@ MASS, DAMPING, STIFFNESS = (
 )
 
 
-def words(mass: Range, damping: Range, stiffness: Range) -> str:
+def ranges_text(mass: Range, damping: Range, stiffness: Range) -> str:
     """Describe hands by their ranges, which may be single numbers: "0.02 to 0.1 kg, 2 N·s/m, 400 N/m"."""
     parts = (mass, "kg"), (damping, "N·s/m"), (stiffness, "N/m")
     return ", ".join(
@@ -76,7 +76,7 @@ def words(mass: Range, damping: Range, stiffness: Range) -> str:
     )
 
 
-PEOPLE = words(MASS, DAMPING, STIFFNESS)
+PEOPLE = ranges_text(MASS, DAMPING, STIFFNESS)
 
 
 @dataclass(frozen=True)

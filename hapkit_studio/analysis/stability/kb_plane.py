@@ -103,7 +103,7 @@ class Plane:
     family: Family | None = None
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return the handle's behaviour if it is known, otherwise the margin."""
         said = self.said
         if said is None:
@@ -286,7 +286,7 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "stable_again": margin.again,
             "ratio": margin.ratio,
             "stable": margin.stable if math.isfinite(margin.limit) else None,
-            "words": plane.words,
+            "text": plane.text,
             "handle": plane.said.does if plane.said else None,
             "hands": plane.hands,
             "coulomb_line": plane.coulomb,

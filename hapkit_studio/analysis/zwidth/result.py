@@ -44,7 +44,7 @@ class Condition:
     short: str = ""
 
     @property
-    def words(self) -> str:
+    def short_text(self) -> str:
         """Return name and text for a list."""
         return f"{self.short or self.name[0].lower() + self.name[1:]} {self.text}"
 
@@ -146,7 +146,7 @@ class ZWidth:
     @property
     def caption(self) -> str:
         """Return the conditions in one line."""
-        return " · ".join(c.words for c in self.conditions)
+        return " · ".join(c.short_text for c in self.conditions)
 
     def as_json(self) -> dict:
         """Return the result as an object of plain numbers; NaN becomes None."""

@@ -35,7 +35,7 @@ class Count:
 
     question: CycleRequest
     by_line: Mapping[int, float]
-    words: str
+    text: str
 
 
 def count(question: CycleRequest) -> Count:
@@ -113,8 +113,8 @@ class Cycles(QObject):
         if not self._page.counting:
             return
         if found.question.text == self._page.text:
-            self._page.show_cycles(found.by_line, found.words)
+            self._page.show_cycles(found.by_line, found.text)
         else:
             self._page.say_cycles(
-                f"These numbers are for the law that runs, before your changes. {found.words}"
+                f"These numbers are for the law that runs, before your changes. {found.text}"
             )

@@ -8,7 +8,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy import Accuracy, words
+from hapkit_studio.analysis.accuracy import Accuracy, texts
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet
@@ -140,9 +140,9 @@ class MethodsPart(Part):
             self.measure_first()
             return
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
-        self.answer.say(words.sentence(sheet, board), "check", "ok")
+        self.answer.say(texts.sentence(sheet, board), "check", "ok")
         self.table.show_rows(charts.winner_columns(sheet, board), sheet.scene.tolerances)
-        tolerance = words.tolerance_text(sheet.scene.tolerance, sheet.scene)
+        tolerance = texts.tolerance_text(sheet.scene.tolerance, sheet.scene)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
 
 
@@ -251,7 +251,7 @@ class ScenePart(Part):
         on = self.better is not None and self.better is result.in_force(where)
         self.answer.say(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
         q = result.question
-        refused = result.refused.get(q.words(q.options), "")
+        refused = result.refused.get(q.options_text(q.options), "")
         others = [result.sentence(place.name) for place in q.places if place.name != where]
         self.reason.setText("\n".join(filter(None, (result.reason(where), *others, refused))))
         self._offer(self.better, USE_RECOMMENDED)
@@ -413,7 +413,7 @@ class NeedsPart(Part):
     def show_effect(self, found: Needs, effect: Effect) -> None:
         """Explain the effect of leaving out one term in one scene."""
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
-        self.law.setText("\n".join(one.words for one in found.law) or "No term of this law costs cycles.")
+        self.law.setText("\n".join(one.text for one in found.law) or "No term of this law costs cycles.")
         self.side.words.setText(need_text(found, effect))
         pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
         self.details.show_pairs(pairs)

@@ -94,16 +94,16 @@ def example(_progress: Progress) -> "Identified":
 
 def columns(part: "Part") -> tuple[Column, ...]:
     """Return the columns of a part's table: the term with its unit, its set value, its identified value."""
-    from hapkit_studio.analysis.identify import words
+    from hapkit_studio.analysis.identify import texts
 
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
 
     def found(estimate: "Estimate") -> str:
-        return words.measured(estimate) if estimate.determined else "unknown"
+        return texts.measured(estimate) if estimate.determined else "unknown"
 
     return (
-        Column("Term", lambda e: f"{e.term.label}\n{words.unit_of(e)}", right=False),
-        Column(heads[0], lambda e: words.plain(e.asked, e), lambda e: e.asked or 0.0, lambda e: "ink2"),
+        Column("Term", lambda e: f"{e.term.label}\n{texts.unit_of(e)}", right=False),
+        Column(heads[0], lambda e: texts.plain(e.asked, e), lambda e: e.asked or 0.0, lambda e: "ink2"),
         Column(heads[1], found, lambda e: e.value, lambda e: "ink" if e.determined else "warn"),
     )
 
@@ -200,7 +200,7 @@ class IdentifyPage(MeasuringPage):
 
     def show_result(self, found: "Identified") -> None:
         """Store and show a result."""
-        from hapkit_studio.analysis.identify.words import conditions
+        from hapkit_studio.analysis.identify.texts import conditions
 
         self.found = found
         self._fresh.finish()
@@ -235,7 +235,7 @@ class IdentifyPage(MeasuringPage):
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, found.end), pale)
 
     def _say(self, part: "Part | None") -> None:
-        from hapkit_studio.analysis.identify import words
+        from hapkit_studio.analysis.identify import texts
 
         if part is None or self.found is None:
             self.answer.say(self.begin)
@@ -249,7 +249,7 @@ class IdentifyPage(MeasuringPage):
             return
         determined = bool(part.estimates) and part.estimates[0].determined and not self.found.surprises(part)
         sign = ("triangle", "warn") if not determined else ("info", "ink2")
-        if determined and words.confirms(part.estimates[0]):
+        if determined and texts.confirms(part.estimates[0]):
             sign = ("check", "ok")
         self.answer.say(self.found.sentences(part)[0], *sign)
 

@@ -172,7 +172,7 @@ class LoopPanel(QWidget):
 
             spec = spec_on_board(spec)
         key = parse(spec)[0].key
-        name = _SHORT.get(key) or ESTIMATOR.word(ESTIMATOR.check(key))
+        name = _SHORT.get(key) or ESTIMATOR.option_label(ESTIMATOR.check(key))
         delay = self.delay.box.text().removesuffix(".0")
         return f"Board {rate} · {name}" if board else f"{rate} · {delay} ms · {name}"
 

@@ -215,10 +215,12 @@ class RenderingSwitch(QWidget):
         self.switch.button(1).setEnabled(not refusal)
         rate = self._studio.loop.board_rate
         self.rate.show_value(0 if rate is None else BOARD_RATE.options.index(f"{rate:.0f}"))
-        instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
+        instead = f"{refusal} {cheaper.text}" if cheaper is not None else refusal
         self.note.setText(instead or self._message or self._remark(engine))
         self.instead.setVisible(cheaper is not None)
-        self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
+        self.instead.setText(
+            f"Use {cheaper.choice.option_label(cheaper.option)}" if cheaper is not None else ""
+        )
         able, compare = not refusal, self._studio.hand_is_ours
         self.facts.setVisible(able)
         self.rate.setVisible(able and not self._folded)

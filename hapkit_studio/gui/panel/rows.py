@@ -36,7 +36,7 @@ class ChoiceRow(QWidget):
     def __init__(self, choice: Choice, formula: str = ""):
         super().__init__()
         self.parameter, self._formula = choice, formula
-        words = choice.words
+        words = choice.option_labels
         self.label = label(choice.label)
         self.picker: Segmented | QComboBox
         if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:
@@ -61,7 +61,7 @@ class ChoiceRow(QWidget):
         self.value = float(value)
         show = self.picker.show_index if isinstance(self.picker, Segmented) else self.picker.setCurrentIndex
         show(int(value))
-        self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
+        self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.option_label(value)}")
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
         """Disable the row and show the reason; "" enables it. ``padlock``: an instructor has locked it."""

@@ -274,7 +274,7 @@ class StabilityCard(QWidget):
         engine = self._studio.engine
         if engine is None:
             return ""
-        self.words.setToolTip(engine.device.latency.words if latency_timer(engine.device) else "")
+        self.words.setToolTip(engine.device.latency.text if latency_timer(engine.device) else "")
         delay = answer.question.asked.setting.delay
         return delay_reason(engine.device, delay - self._studio.loop.delay)
 

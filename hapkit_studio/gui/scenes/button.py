@@ -64,7 +64,7 @@ def _cap(stage: Stage, cap: float) -> None:
     stage.p.drawRoundedRect(QRectF(face, middle - plate, back - face, 2 * plate), 4 * u, 4 * u)
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
+def draw_counts(stage: Stage, values: Values, motion: Motion) -> None:
     """Write the number of clicks (pressed and released) in front of the button."""
     downs, ups = motion.state["downs"], motion.state["ups"]
     if downs + ups > 0:
@@ -74,4 +74,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         stage.write(f"{downs:.0f} clicks in, {ups:.0f} clicks out", spots, "ink", 13.0, 600)
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, draw_counts)

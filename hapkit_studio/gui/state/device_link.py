@@ -211,7 +211,7 @@ class DeviceLink(QObject):
         self.engine = engine
         self._configure(engine)
         latency = engine.device.latency
-        hint = latency.words if latency is not None and latency.long else ""
+        hint = latency.text if latency is not None and latency.long else ""
         self._set_link(LinkStatus("running", engine.device.name, hint))
         self.engine_changed.emit()
 

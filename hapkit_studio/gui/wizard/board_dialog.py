@@ -205,7 +205,7 @@ class ResultBox(QFrame):
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
-        self.show_text(result.words, result.remedy, SIGNS[result.level])
+        self.show_text(result.text, result.remedy, SIGNS[result.level])
 
     def show_warning(self, words: str, remedy: str = "") -> None:
         """Show a problem and its remedy."""

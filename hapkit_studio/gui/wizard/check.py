@@ -75,14 +75,12 @@ class CheckDialog(BoardDialog):
         if result is None:
             words.setText(f"{words.text()} Running…")
             return
-        words.setText(f"{result.words} {result.remedy}".strip())
+        words.setText(f"{result.text} {result.remedy}".strip())
         words.setAccessibleName(f"{key}: {result.level}. {words.text()}")
 
     def _finished(self, report: Report) -> None:
         self.report = report
-        self._show_ready(
-            report.words, sign=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN]
-        )
+        self._show_ready(report.text, sign=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN])
 
     def _failed(self, words: str) -> None:
         self._show_ready(

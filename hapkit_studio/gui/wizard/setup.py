@@ -129,7 +129,7 @@ class SetupDialog(BoardDialog):
     def notes(self) -> Notes:
         """Return for every step except the last whether it is done, and its result or assumption."""
         return {
-            step.name: (step.result is not None, step.result.words if step.result else step.if_skipped)
+            step.name: (step.result is not None, step.result.text if step.result else step.if_skipped)
             for step in self.steps[:-1]
         }
 
@@ -225,7 +225,7 @@ class SetupDialog(BoardDialog):
         """Show the state of the steps, the possible actions, and what Skip would do."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
-            words = result.words if result is not None else "This step is not done yet."
+            words = result.text if result is not None else "This step is not done yet."
             sign, color = SIGNS[result.level] if result is not None else NEUTRAL
             row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)

@@ -19,7 +19,7 @@ class ConnectStep(StepPage):
     padding_chosen = Signal(int)
     name = "Connect"
     heading = "Connect, and choose your kit"
-    words = (
+    intro = (
         "1. Hold the board's connector with one hand and plug in the USB cable: a green light comes on.\n"
         "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
         "3. Choose your kit."

@@ -12,7 +12,7 @@ class DirectionStep(StepPage):
     pushes = True
     name = "Direction"
     heading = "Direction: a push to the right moves the handle to the right"
-    words = (
+    intro = (
         "Plug in the motor's 12 V supply. Put the handle in the middle, take your hands off, then press "
         "Push the handle. "
         "The motor gives short pulses of at most 0.3\u00a0N. With the wrong sign, a spring would push the "

@@ -3,7 +3,7 @@
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import passed, warn
-from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify import texts
 from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.wizard.board_dialog import Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -19,7 +19,7 @@ class FrictionStep(StepPage):
     pushes = needs_direction = True
     name = "Friction"
     heading = "Friction, damping and mass: a gentle sweep"
-    words = (
+    intro = (
         "Stand the kit upright again. Put the handle in the middle, take your hands off, then press "
         "Start the sweep. For "
         "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
@@ -70,7 +70,7 @@ class FrictionStep(StepPage):
         unknown = []
         for key, name in _ESTIMATES.items():
             e = part[key]
-            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.determined else "unknown")
+            self.found[key].setText(f"{texts.measured(e)} {texts.unit_of(e)}" if e.determined else "unknown")
             unknown += [] if e.determined else [f"{name}: {e.advice}"]
         if unknown:
             self.finish(

@@ -23,7 +23,7 @@ _SIDE, _SPACE = 24, 12
 class StepPage(QWizardPage):
     """One step. It is complete once it has a result; until then the user can only skip it.
 
-    ``name`` is shown in the list of steps, ``heading`` and ``words`` on the page. ``begin`` is the initial
+    ``name`` is shown in the list of steps, ``heading`` and ``intro`` on the page. ``begin`` is the initial
     text of the result's box. ``if_skipped`` is the assumption if the step is skipped. ``pushes``: the motor
     pushes in this step. ``needs_direction``: the step requires the direction test. ``first`` is the button
     with the initial focus; it never starts the motor. ``job_started`` is emitted when a job starts,
@@ -31,7 +31,7 @@ class StepPage(QWizardPage):
     """
 
     job_started, changed = Signal(), Signal()
-    name = heading = words = begin = if_skipped = ""
+    name = heading = intro = begin = if_skipped = ""
     pushes = needs_direction = False
     first: QPushButton | None = None
     handle: HandleView | None = None
@@ -55,8 +55,8 @@ class StepPage(QWizardPage):
         content.setAutoFillBackground(False)
         area.viewport().setAutoFillBackground(False)
         vbox((area, 1), self.foot, into=self)
-        if self.words:
-            self.add_text(self.words)
+        if self.intro:
+            self.add_text(self.intro)
         self.box.show_text(self.begin)
 
     @property

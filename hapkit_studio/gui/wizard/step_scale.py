@@ -27,7 +27,7 @@ class ScaleStep(StepPage):
 
     name = "Zero and scale"
     heading = "Zero and scale: hold the handle at marks"
-    words = (
+    intro = (
         "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
         "still at each mark and press Take mark. The middle is measured twice to see whether the cable slips."
     )

@@ -16,7 +16,7 @@ class SensorStep(StepPage):
 
     name = "Sensor"
     heading = "Sensor: move the handle from end to end"
-    words = (
+    intro = (
         "The motor is off. Hold the handle at its left end, press Start recording, then move it slowly to "
         "the right end and back, twice."
     )

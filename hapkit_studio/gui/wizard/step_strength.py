@@ -204,7 +204,7 @@ class StrengthStep(StepPage):
         self.box.show_text(words, rest, SIGNS[PASS])
 
     def _measured(self, found: Strength) -> None:
-        self.finish(passed(found.words))
+        self.finish(passed(found.text))
 
 
 def _hang(mass: float) -> str:

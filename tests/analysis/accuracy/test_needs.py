@@ -76,7 +76,7 @@ def plain_felt(key, term, trial, rate=1000.0, delay=1e-3):
 def test_every_cell_agrees_with_plain_python_and_files_list_the_needed_terms(key):
     """If a term's effect is close to a JND, rounding errors of another machine may change the result."""
     found, scripts = needs.compute(LIBRARY[key]), [*trials.scripts(LIBRARY[key]), trials.script("push")]
-    hands = {t.words: t for one in scripts for t in (*trials.variants(one), one)}
+    hands = {t.label: t for one in scripts for t in (*trials.variants(one), one)}
     for effect in found.effects:
         wanted = plain_felt(key, effect.term, hands[effect.hand])
         if effect.needed and (key, effect.term) not in DECIDED_BY_ROUNDING:
@@ -139,7 +139,7 @@ def test_numbers_are_formatted_for_people():
         Effect("made", "mass", 1.0, since=232.4).since_text,
         Effect("made", "mass", 1.0, since=0.0).since_text,
         Effect("made", "delay", 1.0, limit=334.0, without=1002.0).gain_text,
-        LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2e3), (400.0, 900.0)).words,
+        LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2e3), (400.0, 900.0)).text,
     ]
     assert said == [
         "up to 2,400 Hz", "from 0.2 ms", "from 230 N/m", "always", "+668 N/m",

@@ -202,7 +202,7 @@ def plain_error(key, option, hands=(), real=scene.PARTS):
             q.environment, trial, ideal[trial],
             rendered(trial, q.device, q.environment, values, real, option.rate, option.delay),
         ).most
-        for trial in ideal if trial.words in (hands or [t.words for t in ideal])
+        for trial in ideal if trial.label in (hands or [t.label for t in ideal])
     ]  # fmt: skip
     return max(told)
 

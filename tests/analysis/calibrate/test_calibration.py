@@ -154,6 +154,6 @@ def test_friction_beyond_the_strongest_pulse_still_permits_finding_the_direction
     student.let_go(kit, work)
     found = work.find_dead_band()
     assert found.good
-    assert "friction holds the handle up to 0.3" in found.words
+    assert "friction holds the handle up to 0.3" in found.text
     assert work.direction.agrees
     assert (work.board.direction, work.board.dead_band) == (-1, 0)

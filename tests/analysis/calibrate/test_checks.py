@@ -35,8 +35,8 @@ def check(monkeypatch):
 
 def test_a_good_kit_passes_every_check_in_half_a_minute(check):
     report, kit = check()
-    assert report.good, report.words
-    assert report.words == "Your Hapkit works correctly."
+    assert report.good, report.text
+    assert report.text == "Your Hapkit works correctly."
     assert list(report.results) == [check.key for check in CHECKS]
     assert kit.time < 30.0
     assert report.as_json()["pass"] is True
@@ -61,7 +61,7 @@ def test_each_fault_is_found_by_its_own_check(check, kit, key, found):
     assert result.key == found, result
     assert result.remedy
     assert not report.good
-    assert next(c.title for c in CHECKS if c.key == key).lower() in report.words
+    assert next(c.title for c in CHECKS if c.key == key).lower() in report.text
 
 
 def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
@@ -72,7 +72,7 @@ def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
     swept = SweepResult(default().board, Part("handle", found), None)
     monkeypatch.setattr(checks, "sweep", lambda *_: swept)
     result = check("paddle")[0].results["paddle"]
-    assert (result.key, result.words) == ("sweep", "Mass: The value is uncertain.")
+    assert (result.key, result.text) == ("sweep", "Mass: The value is uncertain.")
     told = replace(swept.part, estimates=(_known("mass"), *found[1:]))
     monkeypatch.setattr(checks, "sweep", lambda *_: replace(swept, part=told))
     assert check("paddle")[0].good
@@ -87,14 +87,14 @@ def test_a_stored_friction_that_stops_the_handle_is_reported_before_the_supply(c
     stored = replace(default().board, coulomb=0.3)
     result = check("direction", board=stored, coulomb=0.3)[0].results["direction"]
     assert result.key == "no motion"
-    assert "Dry friction of 0.30 N is stored" in result.words
+    assert "Dry friction of 0.30 N is stored" in result.text
     assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
 
 
 def test_an_encoder_too_coarse_for_mass_and_friction_is_not_a_fault(check):
     board = replace(default().board, counts_per_flip=24)
     report, _ = check("paddle", board=replace(board, quantum=quantum_of(board)), counts=24, magnet=7.5)
-    assert "too coarse" in report.results["paddle"].words
+    assert "too coarse" in report.results["paddle"].text
     assert report.good
 
 
@@ -135,7 +135,7 @@ def test_a_late_computer_is_retried_and_then_reported(check, times, found):
     report, kit = check("direction", kit=Late(times))
     result = report.results["direction"]
     assert result.key == found
-    assert kit.times == 0 or "This computer was late" in result.words
+    assert kit.times == 0 or "This computer was late" in result.text
     assert kit.times == 0 or "The kit is not the cause" in result.remedy
 
 

@@ -57,7 +57,7 @@ def test_a_motor_at_90_percent_is_corrected_and_springs_are_rendered_as_set():
     found = measured(kit, work)
     assert found.ratio == pytest.approx(0.90, rel=0.01)
     assert abs(found.ratio - 0.90) < found.half < 0.03
-    assert "The motor gives 90 ± 2 % of the force that was set" in found.words
+    assert "The motor gives 90 ± 2 % of the force that was set" in found.text
     said, felt = rendered(kit, work)
     assert said == pytest.approx(150.0, rel=0.01)
     assert felt == pytest.approx(150.0, rel=0.01)

@@ -38,8 +38,8 @@ def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
         assert len(time) == len(trace) > 4
         assert np.isfinite(trace).all()
         assert np.all(np.diff(time) > 0.0)
-        assert one.evidence.words
-        assert "\n" not in one.evidence.words
+        assert one.evidence.text
+        assert "\n" not in one.evidence.text
     chart = shown.chart
     assert told == [(k, told[-1][1]) for k in range(1, told[-1][1] + 1)]
     for line in chart.lines:

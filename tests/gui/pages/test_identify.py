@@ -9,7 +9,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Estimate, Handle, Part, Setup, from_run, identify
-from hapkit_studio.analysis.identify.words import conditions
+from hapkit_studio.analysis.identify.texts import conditions
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.live.export import write

@@ -312,8 +312,8 @@ def test_the_measured_boundary_is_the_exact_one_and_progress_reaches_the_end():
     assert found.points.stiffness == pytest.approx(exact_boundary(setting, found.points.damping), rel=0.01)
     limits = exact_boundary(setting, found.cells.damping)
     assert np.array_equal(found.cells.classes == 0, found.cells.stiffness[:, np.newaxis] < limits)
-    assert found.words((4.0, 3000.0)).startswith("4 × 4 cells, ")
-    assert found.words((8.0, 3000.0)) == "Measured to 4 N·s/m and 3,000 N/m only"
+    assert found.text((4.0, 3000.0)).startswith("4 × 4 cells, ")
+    assert found.text((8.0, 3000.0)) == "Measured to 4 N·s/m and 3,000 N/m only"
     assert told == sorted(told)
     assert told[-1][0] == told[-1][1]
 

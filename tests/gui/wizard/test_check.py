@@ -30,9 +30,9 @@ def test_cancel_and_esc_end_the_checks_and_each_result_is_a_text(played, qtbot):
     dialog.test.click()
     qtbot.waitUntil(lambda: dialog.report is not None)
     assert dialog.report.dangerous
-    assert dialog.box.words.text() == dialog.report.words
+    assert dialog.box.words.text() == dialog.report.text
     for key, verdict in dialog.report.results.items():
-        assert verdict.words in dialog.rows[key][1].text()
+        assert verdict.text in dialog.rows[key][1].text()
     dialog.close()
     assert play.kit.pwm == 0
 

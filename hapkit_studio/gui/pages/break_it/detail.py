@@ -93,7 +93,7 @@ class VerdictRow(QWidget):
         fresh = here is not None and "here" not in record.old
         token = "ok" if here and here.evidence.holds else "danger"
         self.sign.show_sign("" if here is None else "check" if token == "ok" else "close", token)
-        said = clauses(here.evidence.words) if here else ["Not tried yet"]
+        said = clauses(here.evidence.text) if here else ["Not tried yet"]
         self.words.setText(record.wrong or said[0])
         mark(self.words, "ink", token if fresh or record.wrong else "ink3")
         mark(self.words, "role", "headline" if record.wrong else "readout")

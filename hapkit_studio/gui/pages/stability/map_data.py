@@ -122,7 +122,7 @@ class Measured:
     cells: Cells
     seconds: float
 
-    def words(self, axes: tuple[float, float]) -> str:
+    def text(self, axes: tuple[float, float]) -> str:
         """Describe the number of cells and the duration.
 
         If the map's axes are wider, describe the measured range.

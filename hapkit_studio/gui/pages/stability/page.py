@@ -238,7 +238,7 @@ class StabilityPage(MeasuringPage):
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
         column.lay_out()  # lay out now, because the first drawing of the map takes a second
         if newest is not None and not self.job.running:
-            self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
+            self.bar.say("Out of date" if self.outdated else newest.text((plane.width, plane.top)))
 
     def _show_map(self, lines: Lines) -> None:
         """Redraw the map, or move only the dot if nothing else changed."""
@@ -284,7 +284,7 @@ class StabilityPage(MeasuringPage):
     def _show_studio(self) -> None:
         """Update the description of a click's effect, the release button, and the controller's check box."""
         side, trial, parameters = self.side, self.trial, self.map_parameters
-        words = parameters.words if parameters else "This environment has no stiffness or damping to set."
+        words = parameters.text if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
             words += " On a real Hapkit, let go of the handle yourself."
         side.try_hint.setText(words)

@@ -75,7 +75,7 @@ class MapParameters:
         return found
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Describe the effect of a click on the map."""
         if self.stiffness and self.damping:
             return "Click the map to set stiffness and damping there. Ctrl+Z undoes it."

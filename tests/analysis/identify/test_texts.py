@@ -9,7 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_csv, from_run, identify
 from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
-from hapkit_studio.analysis.identify.words import confirms, deviation, line, measured
+from hapkit_studio.analysis.identify.texts import confirms, deviation, line, measured
 from hapkit_studio.charts import identify as charts
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
