@@ -21,8 +21,7 @@ from hapkit_studio.files import open_regular
 from hapkit_studio.haptics import headless, health, rows
 from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 from hapkit_studio.parameters import Parameter
-from hapkit_studio.sessions import export
-from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.sessions import export, settings_events
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import FAULT, SETTINGS, SUFFIX, Event, SessionWriter
 from hapkit_studio.sessions.session import SQLITE, Session
@@ -136,7 +135,7 @@ class Run:
         from hapkit_studio.charts.run import run_figure
 
         known = {} if environment is None else {environment.key: environment}
-        run_figure(self, path, settings_of.change_texts(self.log), known=known)
+        run_figure(self, path, settings_events.change_texts(self.log), known=known)
 
 
 def simulate(
@@ -181,13 +180,13 @@ def simulate(
     out, left = headless.render(scene, moving, count)
     fault = health.describe_fault(int(left.control.fault[0]), left)
     settings = {
-        **settings_of.of_scene(chosen, values),
+        **settings_events.of_scene(chosen, values),
         "hand": hand if isinstance(hand, str) else type(hand).__name__ if hand else "released",
         "rate_Hz": loop.rate,
         "delay_s": loop.delay,
         "estimator": estimator,
         "controller": loop.controller,
-        "device": settings_of.of_model(device, model),
+        "device": settings_events.of_model(device, model),
         "seed": seed,
     }
     own = isinstance(moving, Hand) and not isinstance(hand, str)
@@ -230,7 +229,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
         raise ParameterError(f"{session.path.name} has {whole}, none from {start:g} to {stop:g} s.")
     own = found["board_time"]
     own = own if (np.diff(own) > 0.0).all() else time
-    log = settings_of.log(session.events, float(time[0]), float(time[-1]))
+    log = settings_events.log(session.events, float(time[0]), float(time[-1]))
     changed = np.interp([time[0] + when for when, _ in log], time, own - own[0]).tolist()
     log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
     state_names, state = _states(own - own[0], found["state"], log)
@@ -242,7 +241,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
         state=state,
         state_names=state_names,
         faults=tuple(event.what["text"] for event in events if event.kind == FAULT and event.what["text"]),
-        warnings=(*settings_of.changes(session.events, time[0], zero + stop), *session.damage),
+        warnings=(*settings_events.changes(session.events, time[0], zero + stop), *session.damage),
         settings=dict(log[-1][1]),
         settings_log=log,
         hand_target=found["hand_target"] if np.isfinite(found["hand_target"]).any() else None,

@@ -16,8 +16,8 @@ from hapkit_studio.errors import FileError
 from hapkit_studio.files import parse_json
 from hapkit_studio.formatting import printable
 
-Settings = Mapping[str, Any]
-Log = Sequence[tuple[float, Settings]]
+LoggedSettings = Mapping[str, Any]
+Log = Sequence[tuple[float, LoggedSettings]]
 """Settings with the time in s from which they are valid; the oldest come first."""
 
 _KEYS = (
@@ -42,7 +42,7 @@ _WORDS = {"true": True, "false": False}
 _INFINITE = ("inf", "-inf")  # JSON has no infinite numbers, so they are stored as these texts
 
 
-def changed(before: Settings, after: Settings) -> dict[str, Any]:
+def changed(before: LoggedSettings, after: LoggedSettings) -> dict[str, Any]:
     """Return the settings that have changed; for parameters and device, only their changed entries.
 
     If the environment has changed, return all its parameters.
@@ -61,7 +61,7 @@ def changed(before: Settings, after: Settings) -> dict[str, Any]:
     return found
 
 
-def merged(before: Settings, changes: Settings) -> dict[str, Any]:
+def merged(before: LoggedSettings, changes: LoggedSettings) -> dict[str, Any]:
     """Return settings after applying changes, which ``changed`` returned."""
     other = "environment" in changes
     gone = ("parameters", "units", "state_names") if other else ()
@@ -119,13 +119,13 @@ def read(comments: Iterable[str], name: str = "header") -> Log:
             _store_setting(parts.setdefault(time, {}), found["name"], *_value(found["value"] or ""))
     if not parts:
         return []
-    log: list[tuple[float, Settings]] = [(0.0, parts.pop(None, {}))]
+    log: list[tuple[float, LoggedSettings]] = [(0.0, parts.pop(None, {}))]
     for time in sorted(time for time in parts if time is not None):
         log.append((time, merged(log[-1][1], parts[time])))
     return log
 
 
-def _flattened(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]:
+def _flattened(settings: LoggedSettings, whole: LoggedSettings) -> Iterator[tuple[str, str]]:
     """Yield each setting's name, and its value with its unit."""
     units = whole.get("units")
     units = units if isinstance(units, Mapping) else {}

@@ -9,7 +9,7 @@ from hapkit_studio import settings_log
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import FileError
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.sessions import settings
+from hapkit_studio.sessions import settings_events
 
 WALL = {
     "environment": "wall",
@@ -114,7 +114,7 @@ def test_every_setting_of_the_studio_has_its_own_name():
         "wall", hand=hs.Hand(0.1, 1.0, 100.0), estimator=("iir", {"cutoff": 20.0}), seconds=0.01
     )
     engine = Engine(SimulatedHapkit(), "wall", realtime=False)
-    live = {**settings.about_device(engine), **settings.in_force(engine)}
+    live = {**settings_events.about_device(engine), **settings_events.in_force(engine)}
     for found in (run.settings, live, {"firmware": 3, "protocol": 7}):
         lines = settings_log.lines([(0.0, found)])
         assert not [line for line in lines if "setting." in line]

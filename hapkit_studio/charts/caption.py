@@ -14,8 +14,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, on_screen
 from hapkit_studio.parameters import AnyParameter, Choice
-from hapkit_studio.sessions.settings import differences
-from hapkit_studio.settings_log import Log, Settings
+from hapkit_studio.sessions.settings_events import differences
+from hapkit_studio.settings_log import Log, LoggedSettings
 
 Known = Mapping[str, Environment]
 """Environments by key, in addition to those of the library."""
@@ -34,13 +34,13 @@ def caption(log: Log, known: Known, date: str = "") -> str:
     return "\n".join([scene(first, known), unbroken([device, date, *others]), *_changes(log, known)])
 
 
-def _checked(settings: Settings) -> Settings:
+def _checked(settings: LoggedSettings) -> LoggedSettings:
     """Return the settings from an untrusted file, without invalid parameters and units."""
     groups = ("parameters", "units")
     return {k: v for k, v in settings.items() if k not in groups or isinstance(v, Mapping)}
 
 
-def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[str, float]] | None:
+def environment_of(settings: LoggedSettings, known: Known) -> tuple[Environment, dict[str, float]] | None:
     """Return the recorded environment and its values; None if no known environment accepts the values."""
     key, given = settings.get("environment"), settings.get("parameters")
     found = known.get(key) or environments.discover().get(key) if isinstance(key, str) else None
@@ -49,7 +49,7 @@ def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[
     return None
 
 
-def scene(settings: Settings, known: Known) -> str:
+def scene(settings: LoggedSettings, known: Known) -> str:
     """Return the environment's title and its active parameters as text."""
     found = environment_of(settings, known)
     if found is not None:
@@ -68,7 +68,7 @@ def scene(settings: Settings, known: Known) -> str:
     return f"{title}: {parts}" if parts else title
 
 
-def _conditions(settings: Settings) -> list[str]:
+def _conditions(settings: LoggedSettings) -> list[str]:
     """Return device, hand and loop as text."""
     device, hand, grip = (settings.get(key) for key in ("device", "hand", "grip"))
     rate, delay, render = (settings.get(key) for key in ("rate_Hz", "delay_s", "render"))
@@ -97,7 +97,7 @@ def _changes(log: Log, known: Known) -> list[str]:
     return [*lines, f"and {more} more, the last at {changes[-1][0]:.2f} s"] if more > 0 else lines
 
 
-def _change(before: Settings, after: Settings, known: Known) -> str:
+def _change(before: LoggedSettings, after: LoggedSettings, known: Known) -> str:
     """Return the changed settings with old and new values; for a new environment, all its settings."""
     if before.get("environment") != after.get("environment"):
         return scene(after, known)

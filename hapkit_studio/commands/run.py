@@ -18,7 +18,7 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.interrupts import INTERRUPTED
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions.file import SUFFIX
-from hapkit_studio.sessions.settings import of_scene
+from hapkit_studio.sessions.settings_events import of_scene
 from hapkit_studio.workshop.own import switched_off
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)

@@ -18,7 +18,7 @@ from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS, SUFFIX
 from hapkit_studio.sessions.folder import choose_folder, chosen_folder, folder, rename
 from hapkit_studio.sessions.overview import Overview, columns, overview
 from hapkit_studio.sessions.session import Session
-from hapkit_studio.sessions.settings import changes
+from hapkit_studio.sessions.settings_events import changes
 
 DAMAGED = 2
 """Exit code if a session has lost data."""

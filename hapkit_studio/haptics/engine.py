@@ -17,6 +17,7 @@ from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, GRIP, RENDERER
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
+from hapkit_studio.haptics.block_content import BlockContent
 from hapkit_studio.haptics.board_plan import (
     BackgroundPlanner,
     BoardPlan,
@@ -29,7 +30,6 @@ from hapkit_studio.haptics.drivers import Driver, driver_for, no_board
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.rows import RingReader, new_ring
-from hapkit_studio.haptics.settings import BlockContent
 
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0

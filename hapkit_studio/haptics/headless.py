@@ -16,8 +16,8 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import arrays, block, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.block_content import BlockContent
 from hapkit_studio.haptics.clib import load_acquire
-from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.tick import tick
 

@@ -17,7 +17,7 @@ from hapkit_studio.analysis.pointing import POINTING, Line, Subject, Trial
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.sessions import settings_events
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.session import Session
@@ -141,7 +141,7 @@ def save_comparisons(path: str | Path, observer: Observer, seed: int) -> list[Co
 def _settings(key: str, values: dict) -> dict:
     environment = environments.named(key)
     try:
-        scene = settings_of.of_scene(environment, environment.values(values))
+        scene = settings_events.of_scene(environment, environment.values(values))
     except ParameterError as error:
         raise SessionError(str(error)) from None
     return {**scene, "state_names": [], "rate_Hz": _RATE}

@@ -29,7 +29,7 @@ from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.layout import LAYOUT
 from hapkit_studio.sessions.session import Session, add_events
-from hapkit_studio.settings_log import Settings
+from hapkit_studio.settings_log import LoggedSettings
 from hapkit_studio.version import __version__
 
 LESSON, STEP, ANSWER = "lesson", "step", "answer"
@@ -175,8 +175,8 @@ class Part:
 
     step: int
     table: np.ndarray
-    about: Settings
-    settings: Settings
+    about: LoggedSettings
+    settings: LoggedSettings
 
 
 def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Session] = ()) -> None:
@@ -187,7 +187,7 @@ def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Se
     computer, which also restarts its clock. Raise SessionError if the file cannot be written.
     """
     step = 0
-    about: Settings = {}
+    about: LoggedSettings = {}
     with SessionWriter.whole(path) as writer:
         begin = _copy(writer, recordings)
         for part in parts:

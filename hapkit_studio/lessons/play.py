@@ -15,8 +15,8 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.lessons.evaluate import Result, evaluate
 from hapkit_studio.lessons.lesson import Check, Lesson, Play, Question, Step
 from hapkit_studio.lessons.samples import Samples
-from hapkit_studio.sessions import settings as settings_of
-from hapkit_studio.settings_log import Settings
+from hapkit_studio.sessions import settings_events
+from hapkit_studio.settings_log import LoggedSettings
 
 _PAUSE = 0.5  # s: pause between two runs
 DEVICE = SimulatedHapkit()
@@ -27,7 +27,7 @@ class Played:
     """A scripted student's work in one step: the runs' telemetry rows, their settings, and the answers."""
 
     tables: tuple[np.ndarray, ...]
-    settings: tuple[Settings, ...]
+    settings: tuple[LoggedSettings, ...]
     answers: Mapping[str, str]
 
     def samples(self, known: Mapping[str, Environment] | None = None) -> Samples:
@@ -63,10 +63,10 @@ def render(play: Play) -> np.ndarray:
     return out
 
 
-def settings_in(play: Play) -> Settings:
+def settings_in(play: Play) -> LoggedSettings:
     """Return a run's settings in the form of a session."""
     return {
-        **settings_of.of_scene(play.environment, dict(play.values)),
+        **settings_events.of_scene(play.environment, dict(play.values)),
         "state_names": list(play.environment.state_names),
         "hand": "own",
         "rate_Hz": play.loop.rate,
@@ -87,7 +87,7 @@ def play_step(step: Step, plays: Iterable[Play] | None = None, begin: float = 0.
     ``plays`` replaces the step's runs.
     """
     tables: list[np.ndarray] = []
-    settings: list[Settings] = []
+    settings: list[LoggedSettings] = []
     for play in step.plays if plays is None else plays:
         table = render(play)
         table[:, rows.HOST_TIME] = table[:, rows.BOARD_TIME] = begin + np.arange(len(table)) / play.loop.rate

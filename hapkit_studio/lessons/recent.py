@@ -9,8 +9,8 @@ import numpy as np
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
-from hapkit_studio.sessions import settings as settings_of
-from hapkit_studio.settings_log import Settings
+from hapkit_studio.sessions import settings_events
+from hapkit_studio.settings_log import LoggedSettings
 
 MOST_SECONDS = 60.0
 MOST_ROWS = 120_000  # maximum number of rows: 32 MB, or 30 s at 4 kHz
@@ -21,7 +21,7 @@ class Rows:
     """Telemetry rows (n, ROW_WIDTH), and device and settings with the time in s from which they are valid."""
 
     tables: tuple[np.ndarray, ...]
-    log: tuple[tuple[float, Settings, Settings], ...]
+    log: tuple[tuple[float, LoggedSettings, LoggedSettings], ...]
 
     @property
     def table(self) -> np.ndarray:
@@ -36,7 +36,7 @@ class Recent:
         self._engine: Engine | None = None
         self._reader: RingReader | None = None
         self._tables: deque[np.ndarray] = deque()
-        self._log: deque[tuple[float, Settings, Settings]] = deque()
+        self._log: deque[tuple[float, LoggedSettings, LoggedSettings]] = deque()
 
     def follow(self, engine: Engine | None) -> None:
         """Read this engine's rows from now on (None: no engine); previous rows are discarded."""
@@ -55,7 +55,7 @@ class Recent:
         """Read new rows and, if they have changed, the settings; return whether there are new rows."""
         if self._engine is None or self._reader is None:
             return False
-        about, settings = settings_of.about_device(self._engine), settings_of.in_force(self._engine)
+        about, settings = settings_events.about_device(self._engine), settings_events.in_force(self._engine)
         if not self._log or self._log[-1][1:] != (about, settings):
             self._log.append((time.perf_counter(), about, settings))
         new = self._reader.read()

@@ -16,9 +16,9 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import StudioError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.signals import COLUMN
-from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.sessions import settings_events
 from hapkit_studio.sessions.session import Session
-from hapkit_studio.settings_log import Log, Settings
+from hapkit_studio.settings_log import Log, LoggedSettings
 
 # s: a change is recorded up to 0.1 s late, and parameters ramp for 30 ms after it
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
@@ -72,7 +72,7 @@ class Samples:
         """Return the samples of a session; raise SessionError if they are too many to be read."""
         found = session.read(["time", "board_time", *_SIGNALS, "flags", "state"])
         time, board = found["time"], found["board_time"]
-        log = settings_of.log(session.events, float(time[0]), float(time[-1]))
+        log = settings_events.log(session.events, float(time[0]), float(time[-1]))
         time, log = _device_clock(time, board, log)
         signals: dict[str, Any] = {name: found[name] for name in _SIGNALS}
         return cls(
@@ -124,7 +124,7 @@ class Samples:
     # --- settings at the end of the segment
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> LoggedSettings:
         """Return the settings at the end."""
         return self.log[-1][1]
 
@@ -208,7 +208,7 @@ def _device_clock(time: np.ndarray, board: np.ndarray, log: Log) -> tuple[np.nda
     return board - board[0], [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
 
 
-def _as_json(settings: Settings) -> Any:
+def _as_json(settings: LoggedSettings) -> Any:
     """Return settings as they are after writing them to a file and reading them again."""
     return json.loads(json.dumps(settings, default=str))
 

@@ -15,7 +15,7 @@ from hapkit_studio.sessions.chunk import BLOCK
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
-from hapkit_studio.sessions.settings import timed_changes
+from hapkit_studio.sessions.settings_events import timed_changes
 
 _MOST = 1000  # maximum number of points in a trace
 _FEW = 60_000  # a session with fewer samples is read directly, because its blocks would be too coarse

@@ -20,7 +20,7 @@ from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
-from hapkit_studio.sessions import settings
+from hapkit_studio.sessions import settings_events
 from hapkit_studio.sessions.chunk import Chunk, pack
 from hapkit_studio.sessions.file import (
     ABOUT,
@@ -227,8 +227,8 @@ class Recorder:
         """Add events for changes since the last call."""
         fault = engine.fault
         now = {
-            ABOUT: settings.about_device(engine),
-            SETTINGS: settings.in_force(engine),
+            ABOUT: settings_events.about_device(engine),
+            SETTINGS: settings_events.in_force(engine),
             STOP: {"stopped": engine.stopped},
             FAULT: {"text": "" if fault is None else fault.text},
         }

@@ -7,7 +7,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.charts.caption import caption, scene
 from hapkit_studio.parameters import Choice
-from hapkit_studio.sessions.settings import of_scene
+from hapkit_studio.sessions.settings_events import of_scene
 from tests.environments.calling import LIBRARY
 
 DATE = "2026-11-26 14:05"

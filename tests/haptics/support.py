@@ -10,8 +10,8 @@ import numpy as np
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import arrays, block, clib, headless, tick
+from hapkit_studio.haptics.block_content import BlockContent
 from hapkit_studio.haptics.clib import store_release
-from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 from tests.waiting import wait_until

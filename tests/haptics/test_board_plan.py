@@ -8,6 +8,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import link
+from hapkit_studio.haptics.block_content import BlockContent
 from hapkit_studio.haptics.board_plan import (
     CLOCK,
     RATES,
@@ -17,7 +18,6 @@ from hapkit_studio.haptics.board_plan import (
     RenderingDecision,
     share,
 )
-from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import ESTIMATE, FRAME, REST, REST_AT_MOST
 from hapkit_studio.protocol.framing import crc16

@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.lessons import Samples
-from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.sessions import settings_events
 
 RATE = 1000.0
 
@@ -17,7 +17,7 @@ def samples(key, values, position, force, energy=None, state=None, **settings):
     n = len(position)
     time = np.arange(n) / RATE
     said = {
-        **settings_of.of_scene(environment, environment.values(values)),
+        **settings_events.of_scene(environment, environment.values(values)),
         "rate_Hz": RATE,
         "delay_s": 0.0,
         "estimator": "difference",
@@ -65,7 +65,7 @@ def elsewhere(found, key="free"):
     """Return samples that were recorded in another environment."""
     environment = environments.named(key)
     log = [
-        (when, {**said, **settings_of.of_scene(environment, environment.values()), "state_names": []})
+        (when, {**said, **settings_events.of_scene(environment, environment.values()), "state_names": []})
         for when, said in found.log
     ]
     return replace(found, log=log)

@@ -13,7 +13,7 @@ from hapkit_studio.cli import main
 from hapkit_studio.lessons import experiments
 from hapkit_studio.sessions.file import SessionError, checksum
 from hapkit_studio.sessions.session import Session
-from hapkit_studio.sessions.settings import log
+from hapkit_studio.sessions.settings_events import log
 
 
 @pytest.fixture(scope="module")

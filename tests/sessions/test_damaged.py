@@ -26,7 +26,7 @@ from hapkit_studio.errors import FileError, StudioError
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.gui.pages.sessions import read_overviews
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions import database, session, settings
+from hapkit_studio.sessions import database, session, settings_events
 from hapkit_studio.sessions.chunk import MOST_SAMPLES, pack
 from hapkit_studio.sessions.columns import DamagedError, decode, encode
 from hapkit_studio.sessions.event_values import checked_event
@@ -252,7 +252,7 @@ def test_the_data_of_a_recording_pass_the_checks():
         for parameter in environment.parameters:
             for value in (parameter.low, parameter.high):
                 values[parameter.key] = value
-                what = settings.of_scene(environment, values)
+                what = settings_events.of_scene(environment, values)
                 text = json.dumps({**what, "state_names": list(environment.state_names)})
                 assert checked_event(text, SETTINGS, "event") == json.loads(text)
 

@@ -13,7 +13,7 @@ from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.tick import mark_stale
-from hapkit_studio.sessions import settings
+from hapkit_studio.sessions import settings_events
 from hapkit_studio.sessions.file import MARKER, SETTINGS, STOP, SessionError, SessionWriter
 from hapkit_studio.sessions.recorder import CLOCK_JUMPED, Recorder
 from hapkit_studio.sessions.session import Session
@@ -188,7 +188,7 @@ def test_closing_the_device_loses_no_row_and_does_not_end_the_recording(
     reader, pieces = engine.reader(), []
     collected(reader, pieces, 300)
     recorder._wait(recorder._take)
-    monkeypatch.setattr(settings, "about_device", closed)
+    monkeypatch.setattr(settings_events, "about_device", closed)
     collected(reader, pieces, 300)
     recorder.follow(None)
     recorder.stop()

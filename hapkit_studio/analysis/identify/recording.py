@@ -299,7 +299,7 @@ def _recording(
     )
 
 
-def _script(settings: settings_log.Settings) -> Hand | None:
+def _script(settings: settings_log.LoggedSettings) -> Hand | None:
     """Return the scripted hand that the settings name, or None."""
     name = settings.get("hand")
     return SCRIPTS.get(name) if isinstance(name, str) else None
@@ -311,7 +311,7 @@ def _target(hand: Hand, times: np.ndarray) -> np.ndarray:
     return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
-def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) -> Setup:
+def _setup_of(settings: settings_log.LoggedSettings, usual: float, hand: Hand | None) -> Setup:
     """Return the setup that settings describe; ``usual`` is the rate in Hz if they contain no rate."""
     device = settings.get("device")
     device = device if isinstance(device, Mapping) else {}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, UndoHistory, change_text, joined, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Snapshot, UndoHistory, change_text, joined, settings_of
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -27,7 +27,7 @@ class Dividers(QObject):
         for changed in (studio.values_changed, studio.loop_changed):
             changed.connect(self._refresh)
 
-    def _in_force(self) -> Settings:
+    def _in_force(self) -> Snapshot:
         key, found = self._studio.environment.key, settings_of(self._studio)
         return {
             where: value
@@ -39,7 +39,7 @@ class Dividers(QObject):
         """Compare later changes with the current settings. A new environment has its own divider."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
-        self._change: tuple[Settings, Settings] = {}, {}
+        self._change: tuple[Snapshot, Snapshot] = {}, {}
 
     def _note_hidden(self) -> None:
         """Add a divider for a change of hidden values without showing the values."""

@@ -23,7 +23,7 @@ from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.widgets.parts import choose_file
-from hapkit_studio.sessions import export, settings
+from hapkit_studio.sessions import export, settings_events
 from hapkit_studio.settings_log import Log
 
 if TYPE_CHECKING:
@@ -135,8 +135,8 @@ class LiveExport(QObject):
     def _in_force(self) -> dict[str, Any]:
         studio, engine = self._studio, self._studio.engine
         if engine is None:
-            return settings.of_scene(studio.environment, studio.values)
-        return settings.about_device(engine) | settings.in_force(engine)
+            return settings_events.of_scene(studio.environment, studio.values)
+        return settings_events.about_device(engine) | settings_events.in_force(engine)
 
     def _made(self, stretch: tuple[float, float]) -> "tuple[Run, Run, Figure] | None":
         """Return a range with gaps, the same range without gaps, and its figure; None if it is too short."""

@@ -24,8 +24,8 @@ from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.file import SETTINGS
 from hapkit_studio.sessions.layout import STATE
 from hapkit_studio.sessions.session import Session
-from hapkit_studio.sessions.settings import log as settings_log
-from hapkit_studio.sessions.settings import timed_changes
+from hapkit_studio.sessions.settings_events import log as settings_log
+from hapkit_studio.sessions.settings_events import timed_changes
 from hapkit_studio.settings_log import Log
 
 PICTURED = 5 << 17

@@ -22,7 +22,7 @@ from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.state.environment_library import usable
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, put, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Snapshot, put, settings_of
 from hapkit_studio.sessions.session import Session
 
 _SETTLE_MS = 80  # ms: all samples are read when the replay position has not been dragged for this time
@@ -58,9 +58,9 @@ class Replay(QObject):
         """refusal: why the recorded settings could not be applied; "" if they were applied"""
         self._last = 0.0
         self._putting = False
-        self._before: Settings = {}
-        self._set: Settings = {}
-        self._wanted: Settings = {}
+        self._before: Snapshot = {}
+        self._set: Snapshot = {}
+        self._wanted: Snapshot = {}
         self._now_set: Mapping[str, Any] = {}
         self._reading = Job(self, needs="")
         self._reading.finished.connect(self._begin)
@@ -236,7 +236,7 @@ class Replay(QObject):
         except ParameterError as error:
             self.refusal = str(error)
 
-    def _check_locked(self, wanted: Settings) -> None:
+    def _check_locked(self, wanted: Snapshot) -> None:
         """Raise ParameterError if a setting to be applied is locked by an instructor."""
         locks = [lock for lock, _ in self._studio.permissions.lasting_locks()]
         places = ((*place, value) if place == ENVIRONMENT else place
@@ -246,12 +246,12 @@ class Replay(QObject):
                 "Some of these settings are locked, so the scene and the verdict stay as they were."
             )
 
-    def _differing(self, wanted: Settings) -> Settings:
+    def _differing(self, wanted: Snapshot) -> Snapshot:
         """Return the wanted settings that differ from the current ones."""
         now = settings_of(self._studio)
         return {where: value for where, value in wanted.items() if now.get(where, value) != value}
 
-    def _put(self, wanted: Settings) -> None:
+    def _put(self, wanted: Snapshot) -> None:
         """Apply the wanted settings that differ from the current ones."""
         now, differing = settings_of(self._studio), self._differing(wanted)
         rate = ("loop", "rate")
@@ -264,7 +264,7 @@ class Replay(QObject):
             self._putting = False
             self._set = settings_of(self._studio)
 
-    def _chosen_by_person(self) -> Settings:
+    def _chosen_by_person(self) -> Snapshot:
         """Return the settings that the user has changed.
 
         The replay's own environment may arrive later than the other settings, because it is compiled first.
@@ -284,7 +284,7 @@ class Replay(QObject):
             self.close()
 
 
-def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
+def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Snapshot:
     """Return the recorded settings that can be applied on this device; raise ParameterError.
 
     A board keeps its own loop rate.
@@ -298,7 +298,7 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
     ours = device is not None and not device.own_clock
     kept = ("delay_s", "estimator", "controller", "grip", *(["rate_Hz"] if ours else []))
     loop = from_table({key: what[key] for key in kept if what.get(key) is not None}, studio.loop)
-    found: Settings = {ENVIRONMENT: key, HAND: studio.grip, ("loop", "controller"): False}
+    found: Snapshot = {ENVIRONMENT: key, HAND: studio.grip, ("loop", "controller"): False}
     values = usable(studio.environments[key], parameters if isinstance(parameters, dict) else {})
     found |= {("value", key, one): value for one, value in values.items()}
     return found | {("loop", one): value for one, value in loop.items()}

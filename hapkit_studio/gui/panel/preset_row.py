@@ -17,7 +17,7 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import (
     ENVIRONMENT,
     Difference,
-    Settings,
+    Snapshot,
     UndoHistory,
     differences,
     differing,
@@ -45,7 +45,7 @@ class Presets(QObject):
     def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
         super().__init__(window)
         self._studio, self._history, self._window = studio, history, window
-        self._chosen: dict[str, tuple[str, Settings]] = {}
+        self._chosen: dict[str, tuple[str, Snapshot]] = {}
 
     @property
     def chosen(self) -> str:
@@ -53,7 +53,7 @@ class Presets(QObject):
         return self._chosen.get(self._studio.environment.key, ("", {}))[0]
 
     @property
-    def different(self) -> Settings:
+    def different(self) -> Snapshot:
         """Return the settings of the preset chosen last that differ from the current ones."""
         return differing(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
 
@@ -76,7 +76,7 @@ class Presets(QObject):
         settings = presets.read(path, self._studio.environments)
         return differences(self._studio, settings_of(self._studio), settings)
 
-    def apply(self, path: Path) -> Settings:
+    def apply(self, path: Path) -> Snapshot:
         """Apply a preset and return its settings; if it is refused, show its errors and return {}."""
         try:
             settings = presets.read(path, self._studio.environments)
@@ -129,7 +129,7 @@ class Presets(QObject):
     def _show_message(self, title: str, lines: list[str]) -> None:
         text_dialog(title, lines, self._window).show()
 
-    def _put(self, name: str, settings: Settings) -> None:
+    def _put(self, name: str, settings: Snapshot) -> None:
         with self._history.named(f"preset {name}"):
             put(self._studio, differing(self._studio, settings))
         self._chosen[self._studio.environment.key] = name, settings

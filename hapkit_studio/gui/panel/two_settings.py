@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.panel.differences import DifferenceTable
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import Difference, Settings, UndoHistory, differences, settings_of_scene
+from hapkit_studio.gui.state.undo import Difference, Snapshot, UndoHistory, differences, settings_of_scene
 from hapkit_studio.gui.widgets.dialogs import FormDialog
 from hapkit_studio.gui.widgets.parts import hbox, label
 
@@ -25,12 +25,12 @@ class TwoSettings(QObject):
     def __init__(self, studio: Studio, history: UndoHistory, parent: QObject):
         super().__init__(parent)
         self._studio, self._history = studio, history
-        self._stored: dict[str, list[Settings]] = {}
+        self._stored: dict[str, list[Snapshot]] = {}
         self._last = 1
         studio.settings_changed.connect(self.changed)
 
     @property
-    def stored(self) -> list[Settings]:
+    def stored(self) -> list[Snapshot]:
         """Return the stored settings of the current environment, A first."""
         return self._stored.get(self._studio.environment.key, [])
 

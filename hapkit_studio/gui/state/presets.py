@@ -14,7 +14,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_toml
 from hapkit_studio.formatting import quoted
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Snapshot
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
@@ -52,7 +52,7 @@ def checked_name(name: str) -> str:
     return name
 
 
-def write(environment: Environment, name: str, settings: Settings) -> Path:
+def write(environment: Environment, name: str, settings: Snapshot) -> Path:
     """Write settings of an environment under a name and return the file; raise OSError, ParameterError."""
     path = folder(environment.key) / f"{checked_name(name)}.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -62,7 +62,7 @@ def write(environment: Environment, name: str, settings: Settings) -> Path:
     return path
 
 
-def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
+def read(path: str | Path, environments: Mapping[str, Environment]) -> Snapshot:
     """Return the settings of a preset, checked against its environment; raise PresetError."""
     path = Path(path)
     table = load(path)
@@ -82,12 +82,12 @@ def load(path: Path) -> dict[str, Any]:
         raise PresetError([str(error)]) from None
 
 
-def checked(table: dict[str, Any], environment: Environment) -> Settings:
+def checked(table: dict[str, Any], environment: Environment) -> Snapshot:
     """Return the settings of a table; raise PresetError with all its errors."""
     wrong = [
         f"A preset cannot have the entry {quoted(key)}." for key in table if key not in ("values", "loop")
     ]
-    settings: Settings = {ENVIRONMENT: environment.key}
+    settings: Snapshot = {ENVIRONMENT: environment.key}
     known = {p.key: p for p in environment.parameters}
     given: dict[str, float] = {}
     for name, value in _items(table, "values", wrong):
@@ -128,7 +128,7 @@ def number(parameter: AnyParameter, value: object) -> float:
     return parameter.check(value)
 
 
-def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
+def _lines(environment: Environment, settings: Snapshot) -> Iterator[str]:
     """Yield the lines of a preset's file: values in SI with their units, options by name."""
     yield f"# A preset of Hapkit Studio for {environment.title}. Import it with: Environment, Import preset…"
     yield f"environment = {_toml(environment.key)}"

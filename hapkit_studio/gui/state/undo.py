@@ -12,16 +12,16 @@ from hapkit_studio.dynamics.loop_settings import FIELDS, WITH_SCENE, Difference,
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
 
-Settings = dict[tuple[str, ...], Any]
+Snapshot = dict[tuple[str, ...], Any]
 """A key is ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
 MOST = 200
 """Maximum number of steps."""
 ENVIRONMENT, HAND = ("environment",), ("loop", "hand")
 
 
-def settings_of(studio: Studio) -> Settings:
+def settings_of(studio: Studio) -> Snapshot:
     """Return all settings that can be undone."""
-    found: Settings = {ENVIRONMENT: studio.environment.key}
+    found: Snapshot = {ENVIRONMENT: studio.environment.key}
     for name in FIELDS:
         found["loop", name] = getattr(studio.loop, name)
     for key, values in studio.library.values.items():
@@ -30,7 +30,7 @@ def settings_of(studio: Studio) -> Settings:
     return found
 
 
-def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
+def settings_of_scene(studio: Studio, with_loop: bool) -> Snapshot:
     """Return the current environment's settings, and those loop settings that do not depend on the device."""
     key, now = studio.environment.key, settings_of(studio)
     values = {place: value for place, value in now.items() if place[:2] == ("value", key)}
@@ -38,13 +38,13 @@ def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
     return {ENVIRONMENT: key, **values, **{place: now[place] for place in places}}
 
 
-def differing(studio: Studio, settings: Settings) -> Settings:
+def differing(studio: Studio, settings: Snapshot) -> Snapshot:
     """Return the given settings that differ from the current ones."""
     now = settings_of(studio)
     return {place: value for place, value in settings.items() if now.get(place) != value}
 
 
-def put(studio: Studio, settings: Settings) -> None:
+def put(studio: Studio, settings: Snapshot) -> None:
     """Apply all settings; if one of them is refused, apply none and raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
     values: dict[str, dict[str, float]] = defaultdict(dict)
@@ -66,7 +66,7 @@ def put(studio: Studio, settings: Settings) -> None:
     studio.choose(chosen)
 
 
-def change_text(studio: Studio, before: Settings, after: Settings) -> str:
+def change_text(studio: Studio, before: Snapshot, after: Snapshot) -> str:
     """Describe a change for a menu, for example "stiffness 300 → 500 N/m".
 
     If the velocity filter has changed, the text includes the options of the new filter.
@@ -82,7 +82,7 @@ def change_text(studio: Studio, before: Settings, after: Settings) -> str:
     return f"{len(after)} settings"
 
 
-def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
+def joined(first: tuple[Snapshot, Snapshot], then: tuple[Snapshot, Snapshot]) -> tuple[Snapshot, Snapshot]:
     """Merge two consecutive changes (before, after).
 
     Omit settings whose value is the same at start and end.
@@ -92,7 +92,7 @@ def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) ->
     return {where: before[where] for where in changed}, {where: after[where] for where in changed}
 
 
-def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
+def differences(studio: Studio, before: Snapshot, after: Snapshot) -> list[Difference]:
     """Return the differences between two sets of settings.
 
     The environment, and settings that only one of the sets contains, are ignored.
@@ -118,7 +118,7 @@ class Step(QUndoCommand):
     Only changed settings are stored, so that the others keep their current values.
     """
 
-    def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
+    def __init__(self, history: "UndoHistory", before: Snapshot, after: Snapshot, name: str):
         super().__init__()
         self._history, self.gesture, self.name = history, history.gesture, name
         self.before, self.after = before, after
@@ -149,7 +149,7 @@ class Step(QUndoCommand):
         else:
             self._put(self.after)
 
-    def _put(self, settings: Settings) -> None:
+    def _put(self, settings: Snapshot) -> None:
         try:
             self._history.apply(settings)
         except ParameterError as error:
@@ -206,7 +206,7 @@ class UndoHistory(QObject):
         finally:
             self._name = ""
 
-    def apply(self, settings: Settings) -> None:
+    def apply(self, settings: Snapshot) -> None:
         """Apply settings without a new step; raise ParameterError."""
         self._applying = True
         try:

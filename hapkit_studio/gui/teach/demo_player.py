@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, differing, put, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Snapshot, differing, put, settings_of
 from hapkit_studio.gui.teach.demos import Demo, Step
 from hapkit_studio.gui.widgets.parts import Sign, hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
@@ -37,8 +37,8 @@ class DemoPlayer(QObject):
         self._start: float | None = None
         self._step: Step | None = None
         self._hand: float | None = None
-        self._before: Settings = {}
-        self._ours: Settings = {}
+        self._before: Snapshot = {}
+        self._ours: Snapshot = {}
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
         studio.settings_changed.connect(self._refresh)

@@ -14,7 +14,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import quoted
 from hapkit_studio.gui.state import presets
 from hapkit_studio.gui.state.presets import PresetError, number
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Snapshot
 from hapkit_studio.parameters import Parameter
 
 RELEASE = "release"
@@ -35,7 +35,7 @@ class Step:
     """
 
     at: float
-    settings: Settings
+    settings: Snapshot
     caption: str
     path: Path_
 
@@ -130,7 +130,7 @@ def _step(
         state["caption"] = _text(entry, "caption", _LONGEST_CAPTION)
     if "hand" in entry:
         state["hand"] = _path(entry["hand"], at)
-    usual: Settings = {("loop", name): getattr(USUAL_LOOP, name) for name in WITH_SCENE}
+    usual: Snapshot = {("loop", name): getattr(USUAL_LOOP, name) for name in WITH_SCENE}
     settings = presets.checked({"values": state["values"], "loop": state["loop"]}, environments[key])
     return Step(at, usual | settings, state["caption"], state["hand"])
 

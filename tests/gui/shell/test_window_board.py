@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import FADE_SECONDS
+from hapkit_studio.haptics.block_content import FADE_SECONDS
 from hapkit_studio.laws.board import compile as compile_for_board
 from hapkit_studio.parameters import Parameter
 from tests.gui.own_support import put, spring, wait_for_verdict

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, put, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Snapshot, put, settings_of
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Live
@@ -29,7 +29,7 @@ class Feel(QObject):
         self._studio = studio
         self.live: Live | None = None
         self.key = ""
-        self._before: Settings = {}
+        self._before: Snapshot = {}
         self._waiting = self._busy = False
         self._put: tuple[dict[str, float], LoopSettings] | None = None
         studio.environment_changed.connect(self._arrive)

@@ -15,7 +15,7 @@ from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.state.lock import LOOP, Place
 from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, differing, put, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Snapshot, differing, put, settings_of
 from hapkit_studio.lessons.lesson import Lesson, Question, Scene, Step
 from hapkit_studio.lessons.progress import Evaluated, Progress, evaluate_rows, file_of, load
 from hapkit_studio.lessons.recent import Recent
@@ -31,10 +31,10 @@ _RECORDINGS, _MOST_RECORDINGS = "lesson_recordings", 20
 _SIMULATED = "simulated"
 
 
-def scene_settings(scene: Scene) -> Settings:
+def scene_settings(scene: Scene) -> Snapshot:
     """Return the settings at the start of a step, with the keys that undo uses."""
     key = scene.environment.key
-    found: Settings = {ENVIRONMENT: key, HAND: scene.grip}
+    found: Snapshot = {ENVIRONMENT: key, HAND: scene.grip}
     found |= {("value", key, name): value for name, value in scene.values.items()}
     return found | {("loop", name): getattr(scene.loop, name) for name in _LOOP}
 
@@ -66,7 +66,7 @@ class LessonPlayer(QObject):
         self.progress: Progress | None = None
         self.student = ""
         self._recent = Recent()
-        self._before: Settings = {}
+        self._before: Snapshot = {}
         self._device_before: DeviceEntry | None = None
         self._waiting = False
         self._reads = QTimer(self, interval=READ_MS)
@@ -194,7 +194,7 @@ class LessonPlayer(QObject):
             self._device_before = None
             studio.device.open(before)
 
-    def _put(self, settings: Settings) -> None:
+    def _put(self, settings: Snapshot) -> None:
         """Apply settings that the user has not chosen; a motor waits for *Render* before it renders them."""
         studio = self._studio
         changes = differing(studio, settings)

@@ -14,7 +14,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event
-from hapkit_studio.settings_log import Log, Settings
+from hapkit_studio.settings_log import Log, LoggedSettings
 from hapkit_studio.version import __version__
 
 _NESTED = ("parameters", "units", "state_names", "device")
@@ -65,8 +65,8 @@ def log(events: Sequence[Event], start: float, stop: float) -> Log:
     for kind in (ABOUT, SETTINGS):
         own = [event for event in events if event.kind == kind]
         timed += [(-math.inf, event) for event in own[:1]] + [(event.time, event) for event in own[1:]]
-    found: list[tuple[float, Settings]] = [(0.0, {})]
-    known: dict[str, Settings] = {ABOUT: {}, SETTINGS: {}}
+    found: list[tuple[float, LoggedSettings]] = [(0.0, {})]
+    known: dict[str, LoggedSettings] = {ABOUT: {}, SETTINGS: {}}
     for time, event in sorted(timed, key=lambda pair: pair[0]):
         known[event.kind] = event.what
         settings = {**known[ABOUT], **known[SETTINGS]}
@@ -77,7 +77,7 @@ def log(events: Sequence[Event], start: float, stop: float) -> Log:
     return found
 
 
-def differences(before: Settings, after: Settings) -> list[str]:
+def differences(before: LoggedSettings, after: LoggedSettings) -> list[str]:
     """Describe each changed setting with its old and new value."""
     old, new = ({**kept, **kept.get("parameters", {})} for kept in (before, after))
     units = {"rate_Hz": "Hz", "delay_s": "s", "max_force_N": "N", **after.get("units", {})}
