@@ -29,7 +29,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Write the sketch; raise ParameterError, LawError or DeviceError."""
+    """Write the sketch; raise ParameterError or LawError for wrong input, DeviceError if a board fails."""
     found = base.environment_named(options.environment, options.trust)
     values = found.values(base.key_values(options.parameter))
     kit = _kit(options.kit, options.port)

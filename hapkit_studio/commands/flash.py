@@ -62,7 +62,7 @@ def show(stage: str, part: float) -> None:
 
 
 def _only_port() -> str:
-    """Return the port of a kit if there is exactly one; raise DeviceError."""
+    """Return the port of a kit if there is exactly one; otherwise raise DeviceError."""
     ports = [port for port in serial_ports.ports() if port.role is not serial_ports.Role.OTHER]
     kits = [port for port in ports if port.role is serial_ports.Role.KIT] or ports
     if len(kits) != 1:

@@ -126,7 +126,7 @@ _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<tex
 
 
 def _comment(words: str) -> Comment:
-    """Return the comment in a text; it is about a time or step if it begins with "12.5 s:" or "step 2:"."""
+    """Return the comment in a text; a text may begin with its time or step: "12.5 s:" or "step 2:"."""
     found = _PLACE.fullmatch(words.strip())
     if found is None:
         return Comment(words.strip())
@@ -178,7 +178,7 @@ ACTIONS: dict[str, Callable[[argparse.Namespace], Result]] = {
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Run one of ACTIONS; raise StudioError."""
+    """Run one of ACTIONS; raise StudioError if it fails."""
     return ACTIONS[options.action](options)
 
 

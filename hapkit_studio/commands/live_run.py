@@ -60,9 +60,9 @@ class Played:
 def run(
     engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float, record: str | None = None
 ) -> Played:
-    """Start an engine, render for some seconds with the chosen renderer, and close it; raise StudioError.
+    """Start an engine, render for some seconds with the chosen renderer, and close the engine.
 
-    ``record`` is the path of a session to write.
+    ``record`` is the path of a session to write. Raise StudioError if the device cannot render.
     """
     reader = engine.reader()
     if engine.device.measures_delay:
@@ -80,7 +80,7 @@ def run(
 
 @contextlib.contextmanager
 def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
-    """Write a session during the run if a path is given; raise SessionError."""
+    """Write a session during the run if a path is given; raise SessionError if it cannot be written."""
     if path is None:
         yield
         return
@@ -94,7 +94,7 @@ def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
-    """Wait until the delays are measured and the chosen renderer is active; raise StudioError."""
+    """Wait until the delays are measured and the chosen renderer is active; else raise StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
     _check_board(engine, where)

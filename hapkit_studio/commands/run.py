@@ -31,7 +31,7 @@ _REMARK_SKIPPED = 0.01
 
 
 def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
-    """Return the run and the measurements of each renderer; raise StudioError."""
+    """Return the run and the measurements of each renderer; raise StudioError if the device cannot render."""
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not device.simulated_hand:
@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def headless(options: argparse.Namespace, chosen: Environment) -> api.Run:
-    """Return the simulated run; raise ParameterError."""
+    """Return the simulated run; raise ParameterError for an invalid option."""
     if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(

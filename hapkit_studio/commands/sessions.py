@@ -149,7 +149,7 @@ def _facts(session: Session) -> dict:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Run one of ACTIONS; raise StudioError."""
+    """Run one of ACTIONS; raise StudioError if it fails."""
     if options.name is not None and options.action != "rename":
         raise ParameterError(f"sessions {options.action} takes one path, not {options.name!r} as well.")
     return ACTIONS[options.action](options)

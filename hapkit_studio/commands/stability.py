@@ -117,7 +117,7 @@ def _text(found: Plane, seconds: float | None) -> str:
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
-    """Return lines on the worst hand at a damping, and on the published hands that define its range."""
+    """Return lines on the worst hand at a damping, and on the published hands that define the range."""
     people = float(np.interp(damping, found.damping, found.people))
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness

@@ -94,7 +94,7 @@ def _device(options: argparse.Namespace) -> Device:
 
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the dampings in N·s/m in a text such as ``0,1,2``; raise ParameterError."""
+    """Return the dampings in N·s/m in a text such as ``0,1,2``; otherwise raise ParameterError."""
     return usual if given is None else base.numbers(given, "Dampings", "N·s/m", "0,1,2,5")
 
 
