@@ -23,7 +23,7 @@ class DeviceEntry:
 
 @dataclass(frozen=True)
 class DeviceKind:
-    """A kind of device: its position in the list, its present entries, and a device for an unlisted key."""
+    """A kind of device: its position in the list, its current entries, and a device for an unlisted key."""
 
     order: int
     entries: Callable[[], Sequence[DeviceEntry]]
@@ -52,7 +52,7 @@ def check_allowed(key: str) -> None:
 
 
 def named(key: str) -> Device:
-    """Return a new device by its key, or by the path of an unlisted port; raise ParameterError."""
+    """Return a new device by its key or an unlisted port's path; raise ParameterError for any other key."""
     check_allowed(key)
     entries = {e.key: e for e in available()}
     if key in entries:

@@ -58,7 +58,7 @@ class Avrdude:
 
 
 def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude:
-    """Return the given avrdude, or the one on the PATH or in the Arduino IDE; raise AvrdudeMissingError."""
+    """Return the given avrdude, or one on the PATH or in the Arduino IDE; else raise AvrdudeMissingError."""
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:

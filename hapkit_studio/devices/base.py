@@ -92,10 +92,10 @@ class Device:
         """Call ``report`` with the reason for a wait in ``open``, in the thread that opens the device."""
 
     def pad_frames(self, size: int) -> None:
-        """Pad every frame to ``size`` bytes at once; 0 means no padding."""
+        """Pad every frame from now on to ``size`` bytes; 0 means no padding."""
 
     def set_grip(self, grip: Grip | str | None) -> None:
-        """Choose the grip of a simulated hand; raise ParameterError."""
+        """Choose the grip of a simulated hand; raise ParameterError for an unknown name."""
 
     def move_hand(self, target: float | None) -> None:
         """Move a simulated hand to a position in m; None lets go."""

@@ -164,7 +164,10 @@ class BoardRunner:
         self._stop, self._cancel = threading.Event(), threading.Event()
 
     def open(self) -> Settings:
-        """Open the board and read its settings; raise DeviceError, also for a mistake in the lab's file."""
+        """Open the board and read its settings.
+
+        Raise DeviceError if the board fails, and for a mistake in the lab's file.
+        """
         lab.force_limit()
         self.board.open()
         try:
@@ -185,17 +188,20 @@ class BoardRunner:
         return self._settings
 
     def read_settings(self) -> Settings:
-        """Ask the board for the settings in force; raise DeviceError."""
+        """Ask the board for the settings in force; raise DeviceError if it does not answer."""
         self._settings = self.board.settings()
         return self.settings
 
     def configure(self, **changes: Any) -> Settings:
-        """Change some of the settings in force without saving them; raise ParameterError or DeviceError."""
+        """Change some settings without saving them.
+
+        Raise ParameterError if the board rejects them, and DeviceError if it does not answer.
+        """
         self._settings = self.board.configure(replace(of_settings(self.settings), **changes))
         return self.settings
 
     def save(self) -> Settings:
-        """Store the settings in force on the board; raise DeviceError."""
+        """Store the settings in force on the board; raise DeviceError if it does not answer."""
         self._settings = self.board.save()
         return self.settings
 
@@ -229,7 +235,10 @@ class BoardRunner:
             raise CancelledError
 
     def record(self, seconds: float) -> Track:
-        """Record with zero force; an E-stop does not end the record. Raise CancelledError or DeviceError."""
+        """Record with zero force; an E-stop does not end the recording.
+
+        Raise CancelledError if the user cancels, and DeviceError if the board fails.
+        """
         return self._run(None, seconds, Limits(), lambda: False)
 
     def run(
@@ -237,7 +246,8 @@ class BoardRunner:
     ) -> Track:
         """Record while ``motion`` drives the handle.
 
-        Raise ForceLimitError, StoppedError, CancelledError, AbortedError or another DeviceError.
+        Raise ForceLimitError if the lab allows less force, StoppedError after an E-stop, CancelledError on
+        cancelling, AbortedError after a fault, or another DeviceError if the board fails.
         """
         most = lab.force_limit()
         if limits.force > most:  # a smaller force would give a wrong result
@@ -251,7 +261,7 @@ class BoardRunner:
         return self._run(motion, seconds, limits, until)
 
     def idle(self, until: Callable[[], bool]) -> None:
-        """Keep the force at zero and update ``recent``; raise DeviceError."""
+        """Keep the force at zero and update ``recent``; raise DeviceError if the board fails."""
         with contextlib.closing(self.samples()) as samples:
             for sample in samples:
                 self.board.send_messages(Force(sample.seq, 0, 0.0))
@@ -259,7 +269,7 @@ class BoardRunner:
                     break
 
     def samples(self, silence: float = 1.0) -> Generator[Sample, None, None]:
-        """Read the settings, then yield samples and keep them as ``recent``; closing switches the motor off.
+        """Read the settings, then yield samples and keep them as ``recent``. Closing stops the motor.
 
         Raise NoDataError after ``silence`` s without samples. The start command is repeated, because a board
         may miss it.

@@ -86,7 +86,7 @@ def folder() -> Path:
 
 
 def checked_label(text: str) -> str:
-    """Return a label as a board stores it: printable ASCII, at most 12 characters; raise ParameterError."""
+    """Return a label if a board can store it: at most 12 ASCII characters; otherwise raise ParameterError."""
     label = text.strip()
     if not label or len(label) > 12 or not (label.isascii() and label.isprintable()):
         raise ParameterError(
@@ -96,7 +96,7 @@ def checked_label(text: str) -> str:
 
 
 def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
-    """Write a calibration with notes on each step to a new file and return its path; raise OSError."""
+    """Write a calibration with notes on each step to a new file and return its path."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
     written = (day or date.today()).isoformat()
     folder().mkdir(parents=True, exist_ok=True)
@@ -112,7 +112,7 @@ def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
 
 
 def read(path: str | Path) -> Board:
-    """Return the settings in a calibration file; raise ParameterError with a message of one line."""
+    """Return the settings in a calibration file; raise ParameterError for an invalid file."""
     name = Path(path).name
     table = checked_table(read_toml(path).get("board"), f"{name}: board")
     wires = Board.layout()
@@ -120,7 +120,7 @@ def read(path: str | Path) -> Board:
 
 
 def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
-    """Return a setting in the range that the Board message allows; raise FileError."""
+    """Return a setting if the Board message allows its value; otherwise raise FileError."""
     if wire.name not in table:
         raise FileError(f"{place} is missing.")
     value = table[wire.name]

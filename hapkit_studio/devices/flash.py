@@ -95,7 +95,10 @@ def shipped() -> Path:
 
 
 def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
-    """Return path and checked bytes of the image, by default the shipped firmware; raise ParameterError."""
+    """Return path and checked bytes of the image, by default the shipped firmware.
+
+    Raise ParameterError if the image is invalid.
+    """
     path = shipped() if given is None else Path(given)
     if given is None and not path.exists():
         name = f"{path.parent.name}/{path.name}"
@@ -116,8 +119,8 @@ def flash(
     """Write an image, by default the shipped firmware, to the board on a port and verify it.
 
     The port must not be open elsewhere; the function waits up to ``patience`` s for it. Raise ParameterError
-    (image), AvrdudeMissingError, the errors of the port, or FlashError. A retry is always safe: neither the
-    boot loader nor the EEPROM with the kit's settings is written.
+    for an invalid image, AvrdudeMissingError, an error of the port, or FlashError if writing fails. A retry
+    is always safe: neither the boot loader nor the EEPROM with the kit's settings is written.
     """
     begin = time.monotonic()
     found = avrdude.find(program)
@@ -138,14 +141,14 @@ def flash(
 
 
 def read_hello(port: str) -> Hello:
-    """Return the Hello of the firmware on a port; raise DeviceError."""
+    """Return the Hello of the firmware on a port; raise DeviceError if there is none."""
     with contextlib.closing(HapkitBoard(port)) as board:
         board.open()
         return board.hello
 
 
 def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
-    """Wait until the port is free; raise DeviceError."""
+    """Wait until the port is free; raise DeviceError after a time-out."""
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -158,7 +161,7 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
 
 
 def try_port(port: str) -> None:
-    """Open and close the port to detect other users; raise DeviceError.
+    """Open and close the port to detect other users; raise DeviceError if there is one.
 
     avrdude ignores locks and does not name the other program. A program without a lock, such as cat, would
     receive part of the boot loader's replies.

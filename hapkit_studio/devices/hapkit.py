@@ -163,7 +163,7 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and read Hello; raise the matching DeviceError. The motor and the samples are off."""
+        """Open the port and read Hello; raise DeviceError if this fails. Motor and samples are off."""
         if self.identity.vendor is not None:  # a USB board may have moved to a different port
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
@@ -196,7 +196,7 @@ class HapkitBoard(Device):
             raise
 
     def _shake_hands(self, seconds: float) -> Hello:
-        """Request Hello until it arrives; raise the matching DeviceError, or OSError."""
+        """Request Hello until it arrives; raise DeviceError after a time-out, OSError if the port fails."""
         decoder = Decoder()
         deadline, next_request, heard = time.monotonic() + seconds, 0.0, b""
         while (now := time.monotonic()) < deadline:
@@ -233,14 +233,14 @@ class HapkitBoard(Device):
         return self._serial.fileno()
 
     def read(self, seconds: float) -> bytes:
-        """Return the received bytes, waiting up to ``seconds`` for the first one; raise OSError."""
+        """Return the received bytes; wait up to ``seconds`` for the first one. Raise OSError on failure."""
         if self._serial.timeout != seconds:
             self._serial.timeout = seconds
         first = self._serial.read(1)
         return first + self._serial.read(self._serial.in_waiting) if first else b""
 
     def write(self, data: bytes) -> None:
-        """Send raw bytes; raise OSError."""
+        """Send raw bytes; raise OSError if the port fails."""
         self._serial.write(data)
 
     # --- samples, outside the loop
@@ -272,7 +272,7 @@ class HapkitBoard(Device):
 
     # --- requests, while the samples are off
     def request(self, message: Message, reply: type[Reply], seconds: float = 1.0) -> Reply:
-        """Return the board's reply of this type, repeating the request once; raise DeviceError.
+        """Return the board's reply of this type, repeating the request once; else raise DeviceError.
 
         A second reply to a repeated request is discarded, so that it is not mistaken for a later reply.
         """
@@ -291,7 +291,7 @@ class HapkitBoard(Device):
         raise no_answer(self.port, _ASKED.get(type(message), "a question"), seconds)
 
     def settings(self) -> Settings:
-        """Return all settings of the board; raise DeviceError."""
+        """Return all settings of the board; raise DeviceError without a reply."""
         return self._store_paddle(self.request(SettingsRequest(), Settings))
 
     def configure(self, board: Board) -> Settings:
@@ -311,7 +311,7 @@ class HapkitBoard(Device):
         return settings
 
     def save(self) -> Settings:
-        """Save the settings in force on the board; raise DeviceError."""
+        """Save the settings in force on the board; raise DeviceError without a reply."""
         return self.request(Save(), Settings, SAVE_TIME)
 
     def close(self) -> None:
@@ -352,7 +352,7 @@ class HapkitBoard(Device):
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body after checks of version, size and numbers; raise DeviceError."""
+    """Return the Hello in a body if version, size and numbers are valid; otherwise raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         words = f"The firmware has protocol version {version}, but this studio needs {PROTOCOL_VERSION}."

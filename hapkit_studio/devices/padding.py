@@ -31,9 +31,9 @@ class Padding(NamedTuple):
 
 
 def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
-    """Answer samples with zero force in plain, then in padded frames; return the delays; raise DeviceError.
+    """Answer samples with zero force in plain, then in padded frames; return the delays.
 
-    The stream is off afterwards.
+    The stream is off afterwards. Raise DeviceError if the board fails.
     """
     return Padding(*(_delay(board, padded, seconds) for padded in (0, PACKET)))
 

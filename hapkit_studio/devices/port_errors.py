@@ -50,7 +50,7 @@ def _group(path: str) -> str:
 
 
 def _needs_new_login(group: str) -> bool:
-    """Return True if Linux lists this user in a group that the present login does not have yet."""
+    """Return True if Linux lists this user in a group that the current login does not have yet."""
     import grp
 
     try:

@@ -117,7 +117,7 @@ def default() -> Kit:
 
 
 def named(key: str) -> Kit:
-    """Return a kit by its key; raise ParameterError."""
+    """Return a kit by its key; raise ParameterError for an unknown key."""
     found = {kit.key: kit for kit in KITS}
     if key not in found:
         raise ParameterError(f"There is no kit {key!r}. Available kits: {', '.join(found)}.")

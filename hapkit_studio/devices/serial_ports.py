@@ -1,4 +1,4 @@
-"""The serial ports of this computer: chip, likelihood of a Hapkit, present user, latency."""
+"""The serial ports of this computer, with chip, likelihood of a Hapkit, program that uses it, and latency."""
 
 import contextlib
 import os

@@ -57,7 +57,7 @@ MODELLED = ("mass", *OPTIONAL, "quantization")
 
 
 def term(key: str) -> Term:
-    """Return a term by its key; raise ParameterError listing the keys."""
+    """Return a term by its key; raise ParameterError for an unknown key."""
     if key not in TERMS:
         raise ParameterError(f"A modelled term must be one of {', '.join(TERMS)}, not {key!r}.")
     return TERMS[key]
@@ -121,7 +121,7 @@ class SimulatedHapkit(Device):
     def reduced(self, needs: Iterable[str]) -> "SimulatedHapkit":
         """Return the device that a scene needs: damping and friction are kept only if ``needs`` lists them.
 
-        Other terms stay. A scene without a list gets all terms. Raise ParameterError.
+        Other terms stay. A scene without a list gets all terms. Raise ParameterError for an unknown term.
         """
         needed = {term(key).key for key in needs}
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
@@ -130,7 +130,7 @@ class SimulatedHapkit(Device):
 def new_state(
     position: float = 0.0, velocity: float = 0.0, periods: int = 1022, end_stops: float = math.inf
 ) -> tuple:
-    """Return (dev, queue) at rest with the motor off, for delays of up to ``periods`` sample periods."""
+    """Return the initial state (dev, queue) with the motor off, for delays of up to ``periods`` periods."""
     dev = np.zeros(_WIDTH)
     dev[X], dev[V], dev[_STOP] = position, velocity, end_stops
     size = 1 << (max(int(periods), 1) + 1).bit_length()
@@ -199,7 +199,7 @@ def _retime(dev, queue, period, delay):
 
 @compiled
 def command(dev: np.ndarray, queue: np.ndarray, force: float) -> None:
-    """Issue a force in N at the present sample; it takes effect one delay later."""
+    """Issue a force in N at the current sample; it takes effect one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
 

@@ -61,7 +61,7 @@ class BoardProgram:
             return False
 
     def reply(self, word: str, seconds: float = START_TIME) -> str:
-        """Return the rest of the next line that begins with ``word``; raise DeviceError."""
+        """Return the rest of the next line that begins with ``word``; raise DeviceError after a time-out."""
         deadline = time.monotonic() + seconds
         while True:
             for at, line in enumerate(self._lines):
@@ -179,7 +179,7 @@ class VirtualBoard(HapkitBoard):
         self._target: float | None = None
 
     def open(self, handshake_time: float = PATIENCE) -> None:
-        """Start the board and exchange Hello; raise DeviceError."""
+        """Start the board and exchange Hello; raise DeviceError if this fails."""
         self.start()
         try:
             super().open(handshake_time)
@@ -202,7 +202,7 @@ class VirtualBoard(HapkitBoard):
 
     # --- the program
     def start(self) -> None:
-        """Start the program without opening its port; raise DeviceError."""
+        """Start the program without opening its port; raise DeviceError if this fails."""
         if not program().is_file():
             raise DeviceError("The virtual board is not built. Run `make firmware`, then try again.")
         words = [os.fspath(program()), os.fspath(self._firmware or firmware()), *self._words]
@@ -234,13 +234,13 @@ class VirtualBoard(HapkitBoard):
         return self._program is not None and self._program.send(command)
 
     def ask(self, command: str) -> str:
-        """Send a command and return the reply; raise DeviceError."""
+        """Send a command and return the reply; raise DeviceError without a reply."""
         self._running().send(command)
         return self._running().reply({"flush": "flushed", "plug": "port"}.get(command, command))
 
     # --- hand and cable
     def set_grip(self, grip: Grip | str | None) -> None:
-        """Choose the grip by name or as mass, damping, stiffness; raise ParameterError."""
+        """Choose the grip by name or as three numbers; raise ParameterError for an unknown name."""
         self._grip = grip_named(grip) if isinstance(grip, str) else grip
         self._move()
 
@@ -273,7 +273,7 @@ class VirtualBoard(HapkitBoard):
         self.port = self.ask("plug")
 
     def status(self) -> dict[str, Any]:
-        """Return present time, position, velocity, forces and duty."""
+        """Return the current time, position, velocity, forces and duty."""
         return json.loads(self.ask("status"))
 
     def flush(self) -> int:
