@@ -20,7 +20,7 @@ def spring(x, reach, rate):
 
 @compiled
 def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray) -> None:
-    """Compute x, v (n,) from their first values; the wall's force is held between samples.
+    """Compute x, v (n,) from their first values; the wall's force is constant between samples.
 
     The computation is repeated ``times`` times, to measure its speed.
     """

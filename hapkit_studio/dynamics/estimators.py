@@ -299,7 +299,7 @@ def estimate_velocity(
     """Return the velocity (n,) in m/s of positions (n,) in m sampled at ``rate`` Hz; its first value is 0.
 
     ``quantum`` is the resolution of the positions in m, for the design of the estimator. The positions are
-    not rounded again. Raise ParameterError.
+    not rounded again. Raise ParameterError for an invalid argument.
     """
     try:
         samples = np.ascontiguousarray(position, dtype=np.float64)

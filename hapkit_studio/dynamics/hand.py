@@ -61,7 +61,7 @@ ARRIVES, LEADS = 0.10, 1.0
 
 
 def grip_named(name: str) -> Grip | None:
-    """Return a grip by its name, None for "released"; raise ParameterError."""
+    """Return a grip by its name, None for "released"; raise ParameterError for an unknown name."""
     if name not in GRIPS:
         raise ParameterError(f"The grip must be one of {', '.join(GRIPS)}, not {name!r}.")
     return GRIPS[name]
@@ -138,7 +138,7 @@ SCRIPTS: dict[str, Hand] = {
 
 
 def hand_named(name: str) -> Hand:
-    """Return a named movement; raise ParameterError."""
+    """Return a named movement; raise ParameterError for an unknown name."""
     if name not in SCRIPTS:
         raise ParameterError(f"The hand must be one of {', '.join(SCRIPTS)}, not {name!r}.")
     return SCRIPTS[name]

@@ -25,8 +25,8 @@ def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wa
     touching, _, beyond = place(x, v, touch, side, speed, reach)
     closing = 0.0
     if pad > 0.0:
-        # the force decreases with speed, so the sign of the excess at equal speeds shows on which side the
-        # new velocity lies
+        # the force decreases with speed, so the sign of the excess at equal speeds shows whether the new
+        # velocity is above the handle's
         level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
         closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0
     damping, stiffness, force = linear(
@@ -161,7 +161,7 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
 def glide(h, m, b, k, force, x, v):
     """Compute x, v (n,) from their first values by one exact map per step, without contact.
 
-    ``force`` (n,) is held during a step.
+    ``force`` (n,) is constant during a step.
     """
     whole, q, u = transition(m, b, k, h), x[0], v[0]
     for n in range(x.size - 1):
@@ -190,7 +190,7 @@ class Body:
 
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
-    """Compute x, v (n,) from their first values; ``force`` and ``touch`` (n,) are held during a step.
+    """Compute x, v (n,) from their first values; ``force`` and ``touch`` (n,) are constant during a step.
 
     The computation is repeated ``times`` times, to measure its speed. ``body`` contains the numbers of Body.
     Static friction acts on a body at rest, kinetic friction on a moving one.
@@ -237,7 +237,7 @@ _MOST_STEPS = 100_000_000
 
 
 def checked(given: Mapping[str, object]) -> dict[str, float]:
-    """Return the quantities of a motion by name as validated numbers; raise ParameterError."""
+    """Return the quantities of a motion by name as numbers; raise ParameterError for an invalid one."""
     return {key: _QUANTITIES[key].check(value) for key, value in given.items()}
 
 
@@ -265,7 +265,7 @@ def integrate(
 
     ``mass`` is in kg, ``damping`` in N·s/m, ``stiffness`` in N/m, ``x0`` in m, ``v0`` in m/s, ``dt`` and
     ``seconds`` in s, ``force`` in N. Row k is at t = k dt, and row 0 is the start; n = round(seconds / dt) +
-    1. A diverging motion ends as inf or NaN. Raise ParameterError.
+    1. A diverging motion ends as inf or NaN. Raise ParameterError for an invalid argument.
     """
     number = _METHOD.check(method)
     given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}

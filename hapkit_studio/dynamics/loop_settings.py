@@ -170,7 +170,7 @@ class LoopSettings:
         return parse(self.estimator)[0].response is not None
 
     def changed(self, **changes: Any) -> Self:
-        """Return the settings with some changes within a user's limits; raise ParameterError.
+        """Return the settings with some changes; raise ParameterError if a change exceeds a user's limits.
 
         Only the changes are checked.
         """
@@ -235,7 +235,7 @@ class Field:
         return self.attribute or self.parameter.key
 
     def check(self, value: Any) -> Any:
-        """Return the value in the form of LoopSettings; raise ParameterError."""
+        """Return the value in the form of LoopSettings; raise ParameterError if it is invalid."""
         match self.parameter.key:
             case "estimator":
                 method, _ = parse(tuple(value) if isinstance(value, list) else value)

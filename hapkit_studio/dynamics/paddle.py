@@ -167,7 +167,7 @@ def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     """Return when a slide in direction ``sign`` first stops within h; inf if it does not stop.
 
-    Return 0 if a start from rest was lost in rounding. The time h is so short that the acceleration has at
+    Return 0 if rounding errors keep the handle at rest. The time h is so short that the acceleration has at
     most one zero. Without a spring, the velocity under a constant force is monotonic, and the time of the
     stop has a closed form.
     """

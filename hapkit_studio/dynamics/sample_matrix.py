@@ -37,7 +37,8 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
     """Return the law of an object that a spring and damper connect to the handle in both directions.
 
     ``own`` and ``coupling`` contain a stiffness in N/m and a damping in N·s/m each. As in the scenes, the
-    object moves during the past sample while the handle is held at its old position; then the coupling acts.
+    object first moves for one period, in which the handle stays at its previous position; then the coupling
+    acts.
     """
     (k, b), (contact, pad) = own, coupling
 

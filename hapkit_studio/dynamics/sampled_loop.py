@@ -181,5 +181,8 @@ def stable(loop: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np
 
 @lru_cache(maxsize=64)
 def stiffness_limit(loop: LoopSettings, damping: float = 0.0) -> float:
-    """Return the largest stable stiffness in N/m at a virtual damping in N·s/m; raise ParameterError."""
+    """Return the largest stable stiffness in N/m at a virtual damping in N·s/m.
+
+    Raise ParameterError for a nonlinear estimator.
+    """
     return float(stiffness_limits(loop, np.array([damping]))[0])

@@ -103,7 +103,7 @@ _UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
 def _options(**defaults: float) -> tuple[Parameter, ...]:
-    """Return a model's options besides its friction levels; an option is a speed unless it has a unit."""
+    """Return a model's options besides its friction levels; options that are not in _UNITS are speeds."""
     found = []
     for key, default in defaults.items():
         words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
@@ -143,7 +143,7 @@ def slide(
     """Return (t, x, v), each (n,), of a mass with friction and a fixed spring under forces (n,) in N.
 
     Row k is at t = k dt, and row 0 is the start. ``applied[k]`` acts from row k to the next row. Models and
-    their options are in MODELS. Raise ParameterError.
+    their options are in MODELS. Raise ParameterError for an invalid argument.
     """
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(f"The friction model must be one of {', '.join(MODELS)}, not {model!r}.")
@@ -186,7 +186,7 @@ def stick_slip(
     ``speed`` is that of the spring's end in m/s. ``force`` is that of the spring on the mass in N. ``mass``
     is in kg, ``spring`` in N/m, ``static`` and ``kinetic`` friction in N, ``viscous`` in N·s/m, ``dt`` and
     ``seconds`` in s. Row k is at t = k dt; n = round(seconds / dt) + 1. Models and their options are in
-    MODELS. Raise ParameterError.
+    MODELS. Raise ParameterError for an invalid argument.
     """
     number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
     drawn = number["spring"] * number["speed"] * instants(number["seconds"], number["dt"])
@@ -207,7 +207,7 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 
 
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return the relative error of the mean time between downward crossings of the middle of the force.
+    """Return the relative error of the mean time between crossings of the force downwards through its middle.
 
     ``force`` has the shape (n,). Return inf if there are no crossings.
     """
