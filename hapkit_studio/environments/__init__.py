@@ -37,7 +37,7 @@ def with_shortcuts(known: Sequence[Environment]) -> list[Environment]:
 
 
 def named(key: str) -> Environment:
-    """Return an environment by its key; raise ParameterError listing the keys."""
+    """Return an environment by its key; raise ParameterError for an unknown key."""
     return discovery.named(discover(), key, "environment")
 
 

@@ -1,4 +1,4 @@
-"""The type of an environment: a force law with its parameters, texts and drawing."""
+"""The class ``Environment``: a force law with its parameters, texts and drawing."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -69,14 +69,14 @@ class MovingObject:
 
 @dataclass(frozen=True)
 class Environment:
-    """A virtual environment; every ``ENVIRONMENT`` of a module in this folder is discovered.
+    """A virtual environment. A module in this folder declares its environment as ``ENVIRONMENT``.
 
     ``formula`` is short HTML; ``symbols`` says what its symbols mean. ``impedance`` maps values by name to
     the (stiffness N/m, damping N·s/m) that limit stability; it is None if there is no linear limit. ``terms``
     maps values to the terms for identification, by default the impedance. ``shades`` is True if contact is
     shaded in plots. ``check`` returns one line on why values are incompatible, "" if they are compatible.
     ``warnings`` returns warnings about effects that cannot be rendered well under given conditions.
-    ``unused`` maps parameters that have no effect at the present values to the reason. ``over_position`` and
+    ``unused`` maps parameters that have no effect at the current values to the reason. ``over_position`` and
     ``over_velocity`` are theory curves, (n,) or one row per branch, NaN for gaps; by default they are the law
     at rest. ``restless`` is the reason why the scene does not rest at its defaults, "" if it does. ``stored``
     is a law that returns the energy in J stored in objects. ``moves`` is the object whose position is
@@ -140,7 +140,10 @@ class Environment:
         return f"{self.formula}, with {self.symbols}." if self.symbols else self.formula
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return every parameter's number, with defaults for missing parameters; raise ParameterError."""
+        """Return every parameter's number; missing parameters have defaults.
+
+        Raise ParameterError for an unknown name or an invalid value.
+        """
         given = {} if given is None else given
         if not isinstance(given, Mapping):
             raise ParameterError(
@@ -153,7 +156,7 @@ class Environment:
         return values
 
     def changed(self, values: Values, changes: Mapping[str, object]) -> dict[str, float]:
-        """Return valid values with some changes; only the changes are checked. Raise ParameterError."""
+        """Return valid values with some changes; raise ParameterError if one of the changes is invalid."""
         known = {p.key: p for p in self.parameters}
         for key in changes.keys() - known.keys():
             resolve(self.parameters, {key: changes[key]}, self.title)  # raises, because the key is unknown

@@ -56,8 +56,8 @@ def _top(values):
 def height(values: Values, x: np.ndarray) -> np.ndarray:
     """Return the height (n,) in m of the drawn relief at x (n,) in m; it is 0 on the flat ground.
 
-    ``same`` is the relief that the gradient law renders for a weight of 1 N, and ``opposite`` is its mirror
-    image.
+    The option ``same`` is the relief that the gradient law renders for a weight of 1 N. The option
+    ``opposite`` is the mirror image of this relief.
     """
     sign = np.where(x < 0.0, 1.0, -1.0)
     a = (x - sign * BUMP) / values["width"]

@@ -31,7 +31,7 @@ SLIDING = 0.99
 # m/s: a slower handle is at rest in curves over velocity
 REST = 1e-6
 
-# s: period assumed by functions that have only the values
+# s: period assumed by functions that receive only the scene's values
 USUAL_PERIOD = 1e-3
 # just-noticeable relative difference of a force (Jones: 6 to 7 %)
 NOTICED = 0.07
@@ -119,7 +119,7 @@ def over_position(values: Values, x: np.ndarray) -> np.ndarray:
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the stiffness of sticking, or the initial damping of a friction that uses only the speed.
+    """Return the stiffness of sticking, or the initial damping of a model that uses only the speed.
 
     The damping of plain Coulomb friction is computed at the lowest speed that a usual sensor resolves, a
     count per period.

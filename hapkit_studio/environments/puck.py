@@ -31,7 +31,7 @@ def begin(x):
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the puck during the past sample with the handle held, then push the handle back."""
+    """Integrate the puck's motion over the last period, then return the puck's force on the handle."""
     if s.started == 0.0:
         s.started = 1.0
         s.object = begin(x)
