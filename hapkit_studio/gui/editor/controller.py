@@ -173,7 +173,7 @@ class EditorController(QObject):
         self.page.keep_draft()
 
     def _write(self, path: Path, text: str) -> Source:
-        """Save a text and trust it, because the user has saved it; return its Source; raise OSError."""
+        """Save a text and trust it, because the user has saved it; return its Source."""
         source = typed(path, text)
         folder.save(path, text)
         trust_source(source)

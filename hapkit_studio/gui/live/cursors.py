@@ -208,7 +208,7 @@ class CursorCard(QWidget):
         return self._low and self._cursors.on and self.switch.index != _FOLDED
 
     def set_low(self, low: bool) -> None:
-        """Set whether only the table or the plot above it fits into the height (True), or both fit."""
+        """Set whether the height is too low to show both the table and the plot above it."""
         if low != self._low:
             self._low = low
             self.switch.show_index(self._chosen[low])

@@ -98,9 +98,9 @@ class HeldTraces(QObject):
     ) -> PastTrace | None:
         """Hold the interval (start, stop) in s and return its trace; None if it has no data.
 
-        Without ``shift``, the trace keeps its position in the plots, whose zero is at ``zero`` s, or at the
-        end of the interval. With ``shift``, the trace is moved by this many s. If all styles are used, the
-        oldest trace is removed. If the name exists already, a number is appended to it.
+        Without ``shift``, the trace keeps its position in the plots. Their zero is at ``zero`` s; None means
+        the end of the interval. With ``shift``, the trace is moved by this many s. If all styles are used,
+        the oldest trace is removed. If the name exists already, a number is appended to it.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if not history.empty else None

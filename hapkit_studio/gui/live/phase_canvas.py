@@ -77,7 +77,7 @@ class Band:
         return (low, high), _ends(np.append(seen, force))
 
     def reach(self, least: float, most: float, max_force: float) -> float:
-        """Return the initial half-width of the plot between ``least`` and ``most``, in quarters of ``least``.
+        """Return the plot's initial half width: ``least`` to ``most``, rounded up to quarters of ``least``.
 
         The plot shows the last bend that the motor can render or, for a periodic curve, a few turning points.
         """

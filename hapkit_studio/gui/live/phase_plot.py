@@ -198,7 +198,7 @@ class ForcePosition(QWidget):
     def _best_plot(self) -> int:
         """Return the index of the first plot in which the law has a curve.
 
-        The position is first, unless the law declares a curve over velocity.
+        The plot over position is tried first, unless the law declares a curve over velocity.
         """
         order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:

@@ -287,7 +287,7 @@ class Replay(QObject):
 def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Snapshot:
     """Return the recorded settings that can be applied on this device; raise ParameterError.
 
-    A board keeps its own loop rate.
+    A board keeps its own loop rate. Raise ParameterError if the environment is unknown.
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:

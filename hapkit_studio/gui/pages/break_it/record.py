@@ -64,7 +64,7 @@ class Record(Shown):
         return tuple(one.evidence.holds if one else None for one in tried)
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition; all present results are then out of date."""
+        """Change a condition; all results so far are then out of date."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
             self.wrong, self.stopped = "", False

@@ -195,7 +195,7 @@ class LessonsPage(Page):
         self._show_list()
 
     def open(self, key: str) -> None:
-        """Open a lesson by its key; raise ParameterError."""
+        """Open a lesson by its key; raise ParameterError for an unknown key."""
         self.say("")
         self.player.open(self.library.named(key))
 

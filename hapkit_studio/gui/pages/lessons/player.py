@@ -270,7 +270,7 @@ class LessonPlayer(QObject):
         self._saving.start(lambda _progress: copy.save(path, self.student, rows))
 
     def write(self, path: Path, student: str) -> None:
-        """Write the file that the student hands in; raise SessionError."""
+        """Write the file that the student hands in; raise SessionError if writing fails."""
         assert self.progress is not None
         self._recent.read()
         recordings = [Path(str(one)) for one in self._recordings().get(self.progress.lesson.key, [])]
