@@ -16,8 +16,8 @@ T = TypeVar("T")
 def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list[T]:
     """Import all modules of a package; return the objects declared under a name, in the modules' order.
 
-    Modules without the name, or with an object of another type, are ignored. ``group`` is the entry-point
-    group of other installed packages, whose objects follow.
+    Modules without the name, or with an object of another type, are ignored. Objects of other installed
+    packages follow; ``group`` is the group of their entry points.
     """
     found = [
         getattr(import_module(info.name), name, None)
@@ -47,7 +47,8 @@ def _loaded(point: EntryPoint) -> object:
 def named(library: Mapping[str, T], key: object, what: str) -> T:
     """Return the entry with a key.
 
-    ``what`` is the kind of the entry, for the message. Raise ParameterError, which lists the known keys.
+    ``what`` is the kind of the entry, for the message. Raise ParameterError for an unknown key; its message
+    lists the known keys.
     """
     if not isinstance(key, str) or key not in library:
         raise ParameterError(f"There is no {what} {key!r}; available: {', '.join(library)}.")

@@ -52,7 +52,7 @@ def _open_without_blocking(path: str, flags: int) -> int:
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """Return a regular file's bytes; raise FileError, also if there are more than ``most`` bytes."""
+    """Return a regular file's bytes; raise FileError if it is unreadable or has more than ``most`` bytes."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         try:
@@ -65,7 +65,7 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: str | Path, most: int = MOST_BYTES) -> str:
-    """Return a regular file's UTF-8 text without byte-order mark; raise FileError with the line."""
+    """Return a regular file's UTF-8 text without byte-order mark; raise FileError if it is not valid."""
     data = read_bytes(path, most)
     try:
         return data.decode("utf-8-sig")
@@ -75,12 +75,12 @@ def read_text(path: str | Path, most: int = MOST_BYTES) -> str:
 
 
 def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
-    """Return the table in a TOML file; raise FileError with the line."""
+    """Return the table in a TOML file; raise FileError, which names the line, if the file is invalid."""
     return parse_toml(read_text(path, most), Path(path).name)
 
 
 def parse_toml(text: str, name: str) -> dict[str, Any]:
-    """Return the table of a TOML text; raise FileError with the file's name and the line."""
+    """Return the table of a TOML text; raise FileError with ``name`` and the line if it is invalid."""
     _check_structure(text, name)
     try:
         return tomllib.loads(text)
@@ -89,7 +89,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
 
 
 def parse_json(text: str, name: str) -> Any:
-    """Return the value of a JSON text; raise FileError, which begins with the name of its file or setting."""
+    """Return the value of a JSON text; raise FileError, which begins with ``name``, if it is invalid."""
     if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
         text
     ):  # no other text can exceed the two limits
@@ -118,7 +118,7 @@ def _check_structure(text: str, name: str) -> None:
 def checked_number(
     value: object, place: str, low: float = -math.inf, high: float = math.inf, unit: str = ""
 ) -> float:
-    """Return a file's value as a float from ``low`` to ``high``; raise FileError.
+    """Return a file's value as a float from ``low`` to ``high``; otherwise raise FileError.
 
     The error's text begins with ``place``. True, False, NaN and infinities are rejected.
     """
@@ -134,7 +134,7 @@ def checked_number(
 def checked_integer(value: object, place: str, low: float = -math.inf, high: float = math.inf) -> int:
     """Return a file's value as an integer from ``low`` to ``high``.
 
-    Raise FileError beginning with ``place``.
+    Raise FileError for any other value; its message begins with ``place``.
     """
     if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
         raise _wrong(value, place, f"a whole number{_range(low, high)}")
@@ -142,21 +142,24 @@ def checked_integer(value: object, place: str, low: float = -math.inf, high: flo
 
 
 def checked_text(value: object, place: str, longest: int) -> str:
-    """Return a file's value as one line of printable text; raise FileError beginning with ``place``."""
+    """Return a file's value as one line of printable text; otherwise raise FileError."""
     if not isinstance(value, str) or len(value) > longest or not value.isprintable():
         raise _wrong(value, place, f"a line of at most {longest} printable characters")
     return value
 
 
 def checked_table(value: object, place: str) -> dict[str, Any]:
-    """Return a file's value as a table whose keys are texts; raise FileError beginning with ``place``."""
+    """Return a file's value as a table whose keys are texts; otherwise raise FileError."""
     if not isinstance(value, dict):
         raise _wrong(value, place, "a table")
     return value
 
 
 def checked_list(value: object, place: str, count: int | None = None) -> list[Any]:
-    """Return a file's value as a list of ``count`` values, or of any number if None; raise FileError."""
+    """Return a file's value as a list of ``count`` values, or of any number if None.
+
+    Raise FileError for any other value.
+    """
     if not isinstance(value, list) or len(value) != (count or len(value) or 1):
         raise _wrong(value, place, f"a list of {count} values" if count else "a list of values")
     return value
@@ -189,7 +192,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path with the same suffix next to a file; it replaces the file at the end.
 
     On failure the temporary file is removed, and an existing file is unchanged. A device or pipe is written
-    directly. Raise OSError.
+    directly. Raise OSError if writing fails.
     """
     path = Path(path)
     if is_special(path):
