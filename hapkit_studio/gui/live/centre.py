@@ -44,6 +44,7 @@ def _flat(icon: str, tip: str) -> QPushButton:
     """Return a flat toolbar button whose label can be hidden."""
     button = QPushButton()
     button.setProperty("flat", True)
+    button.setProperty("tool", True)
     button.setToolTip(tip)
     icons.bind(button, icon, "ink2", 18)
     return button
@@ -66,7 +67,7 @@ class Toolbar(QWidget):
         self.hold = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
         self.release = _flat("hand", "Let the simulated hand release the handle where it is now, at rest (L)")
         self.fit = _flat("fit", "Fit the axes to the data and to the nearest object (F)")
-        self._names = {self.fit: "Fit axes", self.release: "Release handle here"}
+        self._names = {self.fit: "Fit axes", self.release: "Release handle"}
         self._names |= {self.cursors: "Cursors", self.hold: "Keep curves"}
         for button, name in self._names.items():
             button.setAccessibleName(name)

@@ -114,6 +114,7 @@ class Views(QObject):
         self._centre.show_page(page, scene=scene or page is None or self._studio.hand_is_ours)
         self._show_side(side, fixed=self.covered)
         self.take_focus()
+        self.changed.emit()
 
     def take_focus(self) -> None:
         """Give the keyboard focus to the scene, where the arrow keys move the hand, or else to the page."""

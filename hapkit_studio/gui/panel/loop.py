@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CONTROLLER_NOTE = "The controller adds damping only while the scene gives you more energy than you put in."
 UNWATCHED = "The passivity controller is not active while the board computes the force."
 _LEAST_TARGET = 24
-_MODEL_OPTIONS = ("Needed parts", "All parts", "No friction")
+_MODEL_OPTIONS = ("Needed", "All", "No friction")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
@@ -43,7 +43,7 @@ class ModelLine(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.words, self.switch = hint(), Segmented("Model", _MODEL_OPTIONS)
+        self.words, self.switch = hint(), Segmented("Simulated parts", _MODEL_OPTIONS)
         self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
         vbox(self.words, self.switch, into=self, gap=4)
 

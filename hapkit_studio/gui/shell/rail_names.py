@@ -38,7 +38,8 @@ class RailNames(QWidget):
     def refresh(self) -> None:
         """Show the names beside the gallery if the hint is still needed."""
         gallery, window = self._gallery, self.window()
-        shown = self._wanted and self._views.key == LIVE and gallery.rail and gallery.isVisible()
+        shown = self._wanted and self._views.key == LIVE and not self._views.covered
+        shown = shown and gallery.rail and gallery.isVisible()
         if shown:
             metrics = QFontMetricsF(theme.font("strong"))
             widest = max(metrics.horizontalAdvance(row.title) for row in gallery.rows.values())

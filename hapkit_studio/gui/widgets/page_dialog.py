@@ -75,6 +75,7 @@ class PageDialog(TextDialog):
             elif is_code != was_code:
                 form.setTopMargin(_APART)
             if is_code:
+                form.setNonBreakableLines(False)  # in a small window a long line is wrapped, not cut off
                 form.setBackground(theme.color("side"))
             QTextCursor(block).mergeBlockFormat(form)
             block, was_code = block.next(), is_code

@@ -13,6 +13,8 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QFileDialog,
+    QPlainTextEdit,
+    QScrollArea,
     QStyle,
     QStyleOptionComboBox,
     QTabBar,
@@ -70,9 +72,21 @@ def outside(top: QWidget) -> list[str]:
     return found
 
 
+def wider_than_its_view(top: QWidget) -> list[str]:
+    """Return visible scroll areas whose content is wider than the area; code may scroll sideways."""
+    found = []
+    for area in top.findChildren(QAbstractScrollArea):
+        wide = area.horizontalScrollBar().maximum()
+        if isinstance(area, QScrollArea) and area.widget() is not None:
+            wide = area.widget().width() - area.viewport().width()
+        if area.isVisibleTo(top) and wide > 0 and not isinstance(area, QPlainTextEdit):
+            found.append(f"{type(area).__name__} {area.accessibleName()!r}: content {wide} px too wide")
+    return found
+
+
 def misfits(top: QWidget) -> list[str]:
     """Return everything in a window or dialog that does not fit."""
-    return cut_off(top) + elided(top) + outside(top)
+    return cut_off(top) + elided(top) + outside(top) + wider_than_its_view(top)
 
 
 def misfits_of_views(window) -> list[str]:
@@ -111,6 +125,10 @@ def still(monkeypatch):
 
 @pytest.mark.parametrize("size", SCREENS.values(), ids=SCREENS)
 def test_live_fits_the_screen(kept_window, qapp, size):
+    resize(qapp, kept_window, size)
+    assert misfits(kept_window) == []
+    kept_window.loop.set_folded(False)
+    kept_window.loop.set_more(True)
     resize(qapp, kept_window, size)
     assert misfits(kept_window) == []
 

@@ -30,6 +30,10 @@ def test_the_names_are_fully_visible_beside_their_icons_only_in_live(window, qap
     assert names.isHidden()
     window.views.show("live")
     assert names.isVisible()
+    window.views.cover(window.panel)
+    assert names.isHidden(), "a quiz or an experiment covers the view"
+    window.views.cover(None)
+    assert names.isVisible()
     resize(qapp, window, (1440, 900))
     assert names.isHidden(), "the gallery has the names itself"
 
