@@ -79,7 +79,7 @@ def stability_figure(
     limits = [(f"Limit, {hand_text(h)}", f"{number(k, digits)} {unit}") for h, k in found.items() if k == k]
     own = [("Device", device)] if device else []
     pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
-    title = "Without the controller: " if plane.setting.controller else ""
+    title = "Without the passivity controller: " if plane.setting.controller else ""
     style.save(
         lambda figure, c: draw(figure, c, shown),
         path,
@@ -196,7 +196,10 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
             grows = "grows after a small push" if friction else "grows"
-            exact = {"stable": "stable", "unstable": "grows if attached to it" if plane.pushes else grows}
+            exact = {
+                "stable": "stable",
+                "unstable": "grows if attached to the spring" if plane.pushes else grows,
+            }
             exact |= {"warnsoft": "stable for small pushes"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             attached = token == "unstable" and plane.pushes

@@ -68,8 +68,8 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
     for clamped, words in (
-        (False, "all come to rest up to here"),
-        (True, "all come to rest up to here, motor at its limit"),
+        (False, "handle rests at all walls up to here"),
+        (True, "handle rests at all walls up to here, motor at its limit"),
     ):
         if any(p.clamped == clamped for p in points):
             axes.plot(
@@ -79,12 +79,12 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
             )  # fmt: skip
     bands = [(b, p.stiffness, p.last_held) for b, p in walls.points if p.band]
     if bands:
-        words = "some rest, some buzz"
+        words = "rests at some walls, buzzes at others"
         axes.vlines(
             *zip(*bands, strict=True), color=c.warn, linewidth=_BAND, alpha=0.6, label=words, zorder=3.5
         )
     if np.isfinite(walls.curve).any():
-        words = "exact boundary: no friction, no sensor steps"
+        words = "exact boundary without friction and sensor steps"
         axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)
     if walls.tried is not None:
         axes.plot(*tried, "o", markersize=14, color="none", markeredgecolor=c.accent, markeredgewidth=2.2)

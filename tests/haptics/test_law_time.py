@@ -268,7 +268,10 @@ def test_no_verdict_is_given_on_a_handle_whose_law_is_too_slow(monkeypatch):
     asked = VerdictInput(SLOW, SLOW.values(EVERYWHERE), LoopSettings(hand="medium"))
     found = verdict(asked)
     assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
-    assert found.lines == ("In your hand: not judged.", "After you let go: not judged.")
+    assert found.lines == (
+        "In your hand, the stability is not judged.",
+        "After you let go, the stability is not judged.",
+    )
     assert found.unknown.startswith("The law of Far too slow takes ")
     assert unstable_ranges(asked) == {}
     assert not verdict(replace(asked, values=SLOW.values({"beyond": 1.0}))).not_judged

@@ -248,6 +248,6 @@ def test_the_links_limit_is_reported_if_the_stiffness_exceeds_it(rendering):
     assert on_board.link_warning(setup.engine) == ""
     setup.engine.set_parameter("stiffness", 2000.0)
     words = on_board.link_warning(setup.engine)
-    assert words.startswith("The measured delay is 0.5 ms. In your hand, it is stable")
+    assert words.startswith("The measured delay is 0.5 ms. In your hand, the handle is stable")
     assert re.search(r"by more than 0\.\d+ mm and let go, it buzzes.*\. Lower the stiffness, or let", words)
     assert setup.engine.loop_of("computer", 0.0).rate == 1000.0

@@ -115,25 +115,28 @@ class Behaviour:
         return ("cross", "danger") if self.spontaneous else ("triangle", "warn")
 
     def sentence(self, in_hand: bool) -> str:
-        """Return a sentence such as "In your hand, a knock of more than 0.22 mm makes it buzz."."""
+        """Return a sentence such as "In your hand, a push of more than 0.22 mm makes the handle buzz."."""
         where = "In your hand" if in_hand else "After you let go"
         if self.unknown:
-            return f"{where}: not judged. {self.unknown}"
+            return f"{where}, the stability is not judged. {self.unknown}"
         if self.calm:
-            return f"{where}, it is stable{' to within one sensor step' if self.trembles else ''}."
+            return f"{where}, the handle is stable{' to within one sensor step' if self.trembles else ''}."
         if self.spontaneous:
-            does = self._joined(f"buzzes by itself{self.swing}", "is thrown out by itself")
+            does = self._joined(f"buzzes by itself{self.swing}", "flies away by itself")
             return f"{where}, the handle {does}."
         edge = with_unit(self.push * self.flick, "m/s", 2) if self.flick else on_screen(self.push, "m", 2)
         if in_hand:
-            knock = f"a flick faster than {edge}" if self.flick else f"a knock of more than {edge}"
-            return f"{where}, {knock} {self._joined(f'makes it buzz{self.swing}', 'throws it out')}."
+            knock = f"a flick faster than {edge}" if self.flick else f"a push of more than {edge}"
+            return (
+                f"{where}, {knock} "
+                f"{self._joined(f'makes the handle buzz{self.swing}', 'throws the handle away')}."
+            )
         start = (
             f"flick the handle faster than {edge}"
             if self.flick
             else f"displace the handle by more than {edge}"
         )
-        return f"If you {start} and let go, it {self._joined(f'buzzes{self.swing}', 'is thrown out')}."
+        return f"If you {start} and let go, it {self._joined(f'buzzes{self.swing}', 'flies away')}."
 
     def _joined(self, buzzes: str, leaves: str) -> str:
         return " or ".join([buzzes] * bool(self.most) + [leaves] * self.leaves)

@@ -44,7 +44,7 @@ KNOWN = (
         "Hajian and Howe, J. Biomechanical Engineering 119(1), 1997", False,
     ),
     Known(
-        "an arm that holds its place, one trial", (0.554, 0.554), (6.45, 6.45), (135.0, 135.0),
+        "an arm that keeps its position, one trial", (0.554, 0.554), (6.45, 6.45), (135.0, 135.0),
         "van Beek and others, Scientific Reports 5:18004, 2015, fig. 3", True,
     ),
     Known(
@@ -52,7 +52,7 @@ KNOWN = (
         "Tsuji and others, Biological Cybernetics 72, 1995", False,
     ),
     Known(
-        "the grips here, light to firm",
+        "the grips in this program, light to firm",
         (_LIGHT.mass, _FIRM.mass), (_LIGHT.damping, _FIRM.damping), (_LIGHT.stiffness, _FIRM.stiffness),
         "chosen for this studio", True,
     ),

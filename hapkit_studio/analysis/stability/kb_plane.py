@@ -119,11 +119,14 @@ class Plane:
     def caption(self) -> str:
         """Return a sentence on the validity of the map; "" if the map is valid for the scene itself."""
         if self.said is not None and self.said.joint:
-            return "This map is that of a wall; the limits in words are those of handle and object together."
+            return (
+                "This map is for a wall, but the limits in the text are for the handle and the object "
+                "together."
+            )
         if self.pushes:
             return (
-                "This map is valid for a handle attached to the spring. A handle that is let go leaves the "
-                "wall: see the map of a grip."
+                "This map is for a handle that is attached to the spring. A released handle leaves the wall: "
+                "choose a grip to see the map of a hand at the wall."
             )
         return ""
 
@@ -263,7 +266,11 @@ def class_names(controller: bool) -> tuple[str, str, str]:
 
 def class_descriptions(controller: bool) -> tuple[str, str, str]:
     """Return descriptions of DECAYS, BUZZES and GROWS."""
-    return "comes to rest", "keeps moving, does not grow" if controller else "buzzes, does not grow", "grows"
+    return (
+        "comes to rest",
+        "keeps moving without growing" if controller else "buzzes without growing",
+        "grows",
+    )
 
 
 def as_json(plane: Plane) -> dict[str, Any]:
@@ -311,15 +318,21 @@ def passive(plane: Plane) -> np.ndarray:
 # name and one-line explanation of each line, by its key
 LINES = {
     "exact": ("Exact boundary", "from the roots of the sampled loop"),
-    "friction": ("With dry friction", "below it, the handle comes to rest after a push of 1 mm"),
-    "measured": ("Measured boundary", "simulated, by bisection"),
-    "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
-    "passive": ("Passivity line", "below it stable in any hand"),
-    "people": ("Worst hand in the box", f"around people's hands: {PEOPLE}"),
-    "coulomb": ("Friction stops sensor buzz", "below k = 2 Fc / Δ, the sensor's steps cannot start a buzz"),
-    "decays": ("Comes to rest", "after a release 3 and 200 sensor steps away"),
+    "friction": ("Boundary with friction", "below this line, the handle comes to rest after a push of 1 mm"),
+    "measured": ("Measured boundary", "found by simulations on both sides"),
+    "simple": (
+        "Simple rule",
+        "k < (b₀ + b) / (T/2 + td): damping b₀ of handle and hand, virtual damping b, period T, delay td",
+    ),
+    "passive": ("Passivity line", "below this line, stable in any hand"),
+    "people": ("Limit for the worst hand", f"of all hands with {PEOPLE}"),
+    "coulomb": (
+        "Friction stops sensor buzz",
+        "below k = 2 Fc / Δ (dry friction Fc, sensor step Δ), the sensor steps cannot start a buzz",
+    ),
+    "decays": ("Comes to rest", "after a release 3 and 200 sensor steps from the centre"),
     "buzzes": ("Buzzes", "keeps oscillating without growing"),
-    "grows": ("Grows", "after a release, it moves farther and farther"),
+    "grows": ("Grows", "after a release, the handle moves farther and farther"),
 }
 # the simple rule is too optimistic if it exceeds the exact boundary by more than this fraction
 _OPTIMISTIC = 0.05
@@ -343,7 +356,7 @@ def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str
         ("Velocity filter", estimator_texts(setting.estimator)[1]),
         ("Hand", hand_text(setting.hand)),
     ]
-    return [*pairs, ("Controller", "on")] if setting.controller else pairs
+    return [*pairs, ("Passivity controller", "on")] if setting.controller else pairs
 
 
 def line_texts(plane: Plane, key: str) -> tuple[str, str]:
@@ -353,7 +366,7 @@ def line_texts(plane: Plane, key: str) -> tuple[str, str]:
         return f"{name} (too optimistic here)", words
     if key == "measured" and plane.points is not None:
         name = plane.points.name
-        words = f"{words}, does not grow below" if plane.points.controller else words
+        words = f"{words}; below this line, the motion does not grow" if plane.points.controller else words
         words += ", with friction" if plane.points.real else ""
     return name, words
 

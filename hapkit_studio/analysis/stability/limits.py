@@ -38,7 +38,7 @@ def checked_loop(
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
     if hand is not None and not isinstance(hand, Hand | Grip):
-        raise ParameterError(f"hand takes a Hand, a Grip, a name or None, not {hand!r}.")
+        raise ParameterError(f"hand must be a Hand, a Grip, a name or None, not {hand!r}.")
     grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else None
     return LoopSettings(
         rate, delay, estimator, mass=mass, viscous=viscous, coulomb=0.0, quantum=quantum, own_grip=grip

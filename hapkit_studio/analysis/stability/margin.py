@@ -47,8 +47,8 @@ class Margin:
 
 
 def hand_text(hand: str) -> str:
-    """Describe the hand: "let go", or the grip's name as in "medium grip"."""
-    return "let go" if hand == RELEASED else f"{hand} grip"
+    """Describe the hand: "no hand", or the grip's name as in "medium grip"."""
+    return "no hand" if hand == RELEASED else f"{hand} grip"
 
 
 def times(ratio: float) -> str:
@@ -62,18 +62,18 @@ def factor(ratio: float) -> str:
 
 
 def short(margin: Margin) -> str:
-    """Return the margin as text, such as "1.4 × below the limit"."""
+    """Return the margin as text, such as "Stiffness 1.4 × below the limit"."""
     if math.isnan(margin.limit):
         return "No exact limit"
     if margin.island:
         return f"Stable from {span(margin.island)}"
     if margin.limit <= 0.0:
-        return "Above the damping limit"
+        return "Damping above the limit"
     if margin.stiffness <= 0.0:
-        return f"Stable, {hand_text(margin.hand)}"
+        return f"Stable ({hand_text(margin.hand)})"
     if not margin.stable:
-        return f"{times(1.0 / margin.ratio)} above the limit"
-    return f"{times(margin.ratio)} below the limit" if margin.ratio < FAR else "Over 100 × below the limit"
+        return f"Stiffness {times(1.0 / margin.ratio)} above the limit"
+    return f"Stiffness {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"
 
 
 def span(ends: tuple[float, float]) -> str:
@@ -90,17 +90,17 @@ def stable_again(margin: Margin) -> str:
 def remedy(margin: Margin) -> str:
     """Return the remedy for an unstable impedance; "" if the impedance is stable."""
     if math.isnan(margin.limit):
-        return "The velocity filter is not linear, so only a measurement can tell."
+        return "The velocity filter is not linear, so only a measurement can find the limit."
     if margin.limit <= 0.0 and not margin.island:
-        return "Lower damping."
-    return "" if margin.stable else f"Lower stiffness below {margin.limit:,.0f} N/m."
+        return "Lower the damping."
+    return "" if margin.stable else f"Lower the stiffness below {margin.limit:,.0f} N/m."
 
 
 def sentence(margin: Margin) -> str:
-    """Return margin, hand and remedy as text, such as "1.4 × below the limit; let go."."""
+    """Return margin, hand and remedy as text, such as "Stiffness 1.4 × below the limit (no hand)."."""
     summary = short(margin)
-    hand = hand_text(margin.hand)
-    whole = f"{summary}." if summary.endswith(hand) else f"{summary}; {hand}."
+    hand = f"({hand_text(margin.hand)})"
+    whole = f"{summary}." if summary.endswith(hand) else f"{summary} {hand}."
     return " ".join(part for part in (whole, remedy(margin), stable_again(margin)) if part)
 
 

@@ -36,7 +36,9 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
     ParameterError for another scene, and for a nonlinear estimator.
     """
     if key not in OBJECTS:
-        raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")
+        raise ParameterError(
+            f"The scene must have an object that the handle pushes ({', '.join(OBJECTS)}), not {key!r}."
+        )
     if not setting.linear:
         raise ParameterError("The velocity filter is not linear, so there is no exact limit.")
     others = {name: value for name, value in values.items() if name != "contact_stiffness"}

@@ -61,5 +61,5 @@ def link_warning(engine: Engine) -> str:
     found = verdict(VerdictInput(engine.environment, engine.values, loop, engine.max_force))
     if found.calm or found.not_judged:
         return found.not_judged
-    remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
+    remedy = "Lower the stiffness" + (", or let the board compute the force." if where == COMPUTER else ".")
     return f"The measured delay is {1e3 * delay.mean:.1f} ms. {' '.join(found.lines)} {remedy}"

@@ -97,7 +97,9 @@ def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
 def _angles(rate: float, delay: float, estimator: Spec, quantum: float) -> _Angles:
     method = parse(estimator)[0]
     if method.response is None:
-        raise ParameterError(f"The estimator {method.key} is not linear, it has no passivity line.")
+        raise ParameterError(
+            f"There is no passivity line with the velocity filter {method.key}, because it is not linear."
+        )
     period = 1.0 / rate
     whole = math.floor(delay * rate + _SAME)
     rest = delay - whole * period

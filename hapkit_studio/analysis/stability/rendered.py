@@ -178,7 +178,8 @@ def _let_go(
     most = int(samples.max(initial=0.0))
     if most > MOST_SAMPLES:
         raise ParameterError(
-            f"Measuring at {what.loop.rate:,g} Hz takes {most:,} samples; {MOST_SAMPLES:,} at most."
+            f"A measurement at {what.loop.rate:,g} Hz takes {most:,} samples, more than {MOST_SAMPLES:,}. "
+            "Lower the rate."
         )
     numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
     parts = np.ceil(samples / cell_batch.PARTS).astype(np.int64)

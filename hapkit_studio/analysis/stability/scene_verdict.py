@@ -62,17 +62,17 @@ class Verdict:
             return "Stable"
         one = self.does[self.worst]
         if one.spontaneous:
-            return "Buzzes by itself" if one.most else "Thrown out by itself"
-        does = "buzzes" if one.most else "is thrown out"
+            return "Buzzes by itself" if one.most else "Flies away by itself"
+        does = "buzzes" if one.most else "flies away"
         if self.worst == RELEASED and all(
             other.calm for hand, other in self.does.items() if hand != RELEASED
         ):
             return f"{does.capitalize()} when let go"
-        return "A knock makes it buzz" if one.most else "A knock throws it out"
+        return "Buzzes after a push" if one.most else "Flies away after a push"
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return a sentence for each hand, such as "In your hand, it is stable, 1.8 × below the limit."."""
+        """Return a sentence for each hand, such as "In your hand, the handle is stable."."""
         return tuple(words for words, *_ in self.signed)
 
     @property
@@ -82,7 +82,7 @@ class Verdict:
 
     @property
     def short(self) -> str:
-        """Return the verdict for the status bar, such as "A knock makes it buzz"."""
+        """Return the verdict for the status bar, such as "Buzzes after a push"."""
         margin = self.margins.get(self.worst)
         if not self.calm or margin is None or margin.stiffness <= 0.0:
             return self.headline
@@ -99,7 +99,9 @@ class Verdict:
         whose = _WHOSE[self.worst == RELEASED]
         if margin.limit <= 0.0 and not margin.island:
             return (
-                f"Reason: {'no contact is soft enough' if self.joint else 'the damping is too high'} {whose}."
+                "Reason: "
+                f"{'even the softest contact is too stiff' if self.joint else 'the damping is too high'} "
+                f"{whose}."
             )
         limit = f"{margin.limit:,.0f} N/m {whose}"
         if self.calm:
@@ -113,11 +115,11 @@ class Verdict:
         one, margin = self.does[hand], self.margins.get(hand)
         in_hand = hand != RELEASED
         if self.not_judged:
-            return f"{'In your hand' if in_hand else 'After you let go'}: not judged."
+            return f"{'In your hand' if in_hand else 'After you let go'}, the stability is not judged."
         if not one.calm:
             return one.sentence(in_hand)
         if not in_hand and self.pushes:
-            return "After you let go, it moves away and cannot buzz."
+            return "After you let go, the handle moves away and cannot buzz."
         text = one.sentence(in_hand).removesuffix(".")
         if margin is None or margin.stiffness <= 0.0:
             return f"{text}."
@@ -128,8 +130,11 @@ class Verdict:
         if margin.stable:
             return f"{text}, {_below(margin)}."
         if margin.limit <= 0.0:
-            return f"{text}: friction stops it, although the damping is above its limit."
-        return f"{text}: friction stops it, although {times(1.0 / margin.ratio)} above the limit."
+            return f"{text}: friction stops every motion, although the damping is above the limit."
+        return (
+            f"{text}: friction stops every motion, although the stiffness is {times(1.0 / margin.ratio)} "
+            "above the limit."
+        )
 
 
 _WHOSE = ("in your hand", "after you let go")

@@ -101,7 +101,10 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
     for found, stated, unit in zip((stiffness, damping), named, ("N/m", "N·s/m"), strict=True):
         if abs(found - stated) > _SAME * max(found, stated):
             is_, stated_text = with_unit(max(found, 0.0), unit), with_unit(stated, unit)
-            return f"No limit: the law's steepest point has {is_}, but its impedance states {stated_text}."
+            return (
+                f"No limit: the law has up to {is_}, but its `impedance` says {stated_text}. Correct one of "
+                "them."
+            )
     return ""
 
 

@@ -61,8 +61,8 @@ class TrialLimits:
         SPEED.check(self.hit)
         if self.push > 0.6 * self.max_force:
             raise ParameterError(
-                f"A push of {self.push:g} N needs a force limit of {compact(self.push / 0.6, 3)} N or more, "
-                f"not {self.max_force:g} N."
+                f"The force limit must be {compact(self.push / 0.6, 3)} N or more for a push of "
+                f"{self.push:g} N, not {self.max_force:g} N."
             )
 
 
@@ -105,7 +105,7 @@ class GuardedDevice:
             # the force is withheld for a while after connecting
             while force_withheld(self.collect(0.02, judged=False)):
                 if time.monotonic() > end:
-                    raise Interrupted("The device renders no force. The measurement ended.")
+                    raise Interrupted("The device gives no force. The measurement ended.")
         except BaseException:
             self.__exit__()
             raise

@@ -80,9 +80,9 @@ def measure(
     force, share = limits.max_force, limits.precision
     found = (
         *result.loop_conditions(setting, friction=engine.modelled is not None),
-        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:,.0f} Hz"),
+        result.Condition("measured_rate_Hz", guarded.rate, "Measured rate", f"{guarded.rate:,.0f} Hz"),
         result.Condition("max_force", force, "Force limit", f"{force:g} N"),
-        result.Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
+        result.Condition("precision", share, "Precision of the stiffness", f"{100.0 * share:g} %"),
         *hand.conditions,
     )
     return result.ZWidth.of(engine.device.title, levels, points, setting, found)
@@ -113,7 +113,7 @@ class SimulatedHand:
         limits = self._guarded.limits
         return (
             result.Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
-            result.Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
+            result.Condition("speed", limits.hit, "Impact speed", f"{limits.hit:g} m/s", "v₀"),
             result.Condition("push", limits.push, "Push", f"{limits.push:g} N"),
         )
 
@@ -160,7 +160,7 @@ class Person:
     def conditions(self) -> tuple[result.Condition, ...]:
         words = f"{compact(self._least, 2)} to {compact(self._most, 2)} N"
         return (
-            result.Condition("hand", result.PERSON, "Hand", "a person's, held"),
+            result.Condition("hand", result.PERSON, "Hand", "a person's hand"),
             result.Condition("push", words, "Push", words),
         )
 
@@ -177,8 +177,8 @@ class Person:
                 self._guarded.instruct(words)
             last_text = words
             if time.monotonic() > end:
-                raise Interrupted(f"No press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
-        self._guarded.instruct("Hold")
+                raise Interrupted(f"You did not press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
+        self._guarded.instruct("Hold the handle still")
 
     def press(self, stiffness: float) -> None:
         """Do nothing, because the person presses."""
@@ -267,7 +267,7 @@ def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: flo
             return found
         hand.begin()
         hand.press(stiffness)
-    raise Interrupted(f"The wall was released {_MOST_REPEATS} times. The measurement ended.")
+    raise Interrupted(f"You released the wall {_MOST_REPEATS} times. The measurement ended.")
 
 
 def ripple(position: np.ndarray, rate: float) -> float:

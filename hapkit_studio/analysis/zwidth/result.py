@@ -9,7 +9,7 @@ import numpy as np
 
 from hapkit_studio.analysis.checks import checked_row
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
-from hapkit_studio.analysis.stability.margin import RELEASED, hand_text
+from hapkit_studio.analysis.stability.margin import hand_text
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_texts
@@ -22,10 +22,10 @@ PERSON = "person"
 # reasons why a search ended
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
-    BUZZES: "it buzzes",
-    GROWS: "its buzz grows",
-    LEAVES: "it throws the handle away",
-    FAST: "it moves the handle too fast",
+    BUZZES: "the handle buzzes",
+    GROWS: "the buzz grows",
+    LEAVES: "the wall throws the handle away",
+    FAST: "the handle moves too fast",
     HIGHEST: "no stiffer wall was tried",
 }
 
@@ -103,7 +103,7 @@ class ZWidth:
     def sentence(self) -> str:
         """Return a sentence on the stiffest wall, and one on stiffer walls if only some of them settle."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
-            return f"The handle came to rest at no wall, {self.hand}."
+            return f"The handle did not come to rest at any wall ({self.hand})."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
 
     @property
@@ -113,11 +113,9 @@ class ZWidth:
 
     @property
     def hand(self) -> str:
-        """Return the hand as text, such as "let go" or "in a medium grip"."""
+        """Return the hand as text, such as "no hand" or "medium grip"."""
         grip = next(str(c.value) for c in self.conditions if c.key == "hand")
-        if grip == RELEASED:
-            return hand_text(grip)
-        return "in a person's hand" if grip == PERSON else f"in a {hand_text(grip)}"
+        return "a person's hand" if grip == PERSON else hand_text(grip)
 
     def motor(self, index: int) -> str:
         """Return a remark if the motor limits a point; "" if the loop limits the point."""
@@ -130,13 +128,14 @@ class ZWidth:
         """Describe one point, without a full stop."""
         point = self.points[index]
         least = "at least " if point.ended == HIGHEST else ""
-        limit = f"up to {least}{three_digits(point.stiffness)} N/m"
-        return f"At b = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
+        most = f"{least}{three_digits(point.stiffness)} N/m"
+        where = f"With damping b = {self.damping[index]:g} N·s/m ({self.hand})"
+        return f"{where}, the handle comes to rest at all walls tried up to {most}"
 
     def band(self, index: int) -> str:
         """Describe the band in which walls settle or buzz, with a leading space; "" if the limit is sharp."""
         ends = self.points[index].band
-        return f" From there to {ends} N/m some do and some buzz." if ends else ""
+        return f" From there to {ends} N/m it rests at some walls and buzzes at others." if ends else ""
 
     @property
     def place(self) -> str:
@@ -171,17 +170,20 @@ def three_digits(value: float) -> str:
 COLUMNS = (
     Column("b", lambda row: compact(row.damping), lambda row: row.damping, right=False, unit="N·s/m"),
     Column(
-        "All rest to", lambda row: three_digits(row.point.stiffness), lambda row: row.point.stiffness,
+        "Stable up to", lambda row: three_digits(row.point.stiffness), lambda row: row.point.stiffness,
         unit="N/m",
     ),
-    Column("Some rest to", lambda row: row.point.band or "–", lambda row: row.point.last_held, unit="N/m"),
+    Column(
+        "Partly stable up to", lambda row: row.point.band or "–", lambda row: row.point.last_held,
+        unit="N/m",
+    ),
 )  # fmt: skip
 _MORE_COLUMNS = (
     Column(
         "Exact boundary", lambda row: f"{row.linear:,.0f}" if math.isfinite(row.linear) else "–", unit="N/m"
     ),
     Column(
-        "Beyond",
+        "Above the limit",
         lambda row: ENDED[row.point.ended] + ", with the motor at its limit" * row.point.clamped,
         right=False,
     ),
@@ -231,7 +233,7 @@ class Protocol:
         MAX_FORCE.check(self.max_force)
         if self.push >= self.max_force:
             raise ParameterError(
-                f"A push of {self.push:g} N needs a force limit above it, not {self.max_force:g} N."
+                f"The force limit must be above the push of {self.push:g} N, not {self.max_force:g} N."
             )
 
 
@@ -242,7 +244,8 @@ def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
         least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
         raise ParameterError(
-            f"The rate must be {least:,g} to {most:,g} Hz for a hit of {seconds:g} s, not {rate:,g} Hz."
+            f"The rate must be between {least:,g} and {most:,g} Hz, not {rate:,g} Hz, as a trial takes "
+            f"{seconds:g} s."
         )
     return count
 
@@ -251,7 +254,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
     """Return the virtual dampings in N·s/m, unique and sorted; raise ParameterError for invalid ones."""
     levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
-        raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
+        raise ParameterError("Give at least one damping for a Z-width, for example 0,1,2,5.")
     return levels
 
 
@@ -264,10 +267,10 @@ def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condi
         Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
         Condition("delay", setting.delay, "Delay", f"{compact(1e3 * setting.delay, 3)} ms"),
         Condition("mass", setting.mass, "Mass", f"{1e3 * setting.mass:g} g", "m"),
-        Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b₀"),
+        Condition("viscous", setting.viscous, "Handle's damping", f"{setting.viscous:g} N·s/m", "b₀"),
         Condition("coulomb", known, "Friction", rubs),
         Condition("quantum", setting.quantum, "Sensor step", f"{compact(1e6 * setting.quantum, 3)} µm"),
-        Condition("estimator", given, "Velocity", estimator),
+        Condition("estimator", given, "Velocity filter", estimator),
         Condition("controller", controller, "Passivity controller", controller, "controller"),
     )
 
@@ -277,8 +280,10 @@ def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ..
     limit = protocol.max_force
     return (
         *loop_conditions(setting),
-        Condition("hand", setting.hand, "Hand", setting.hand if setting.grip else "none: a constant push"),
-        Condition("speed", protocol.speed, "Hit at", f"{protocol.speed:g} m/s", "v₀"),
+        Condition(
+            "hand", setting.hand, "Hand", setting.hand if setting.grip else "none, only a constant push"
+        ),
+        Condition("speed", protocol.speed, "Impact speed", f"{protocol.speed:g} m/s", "v₀"),
         Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
         Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),
         Condition("apart", protocol.apart, "Walls around the limit", f"every {100.0 * protocol.apart:g} %"),

@@ -201,15 +201,19 @@ def test_an_irregular_oscillation_is_reported_as_such():
         "If you displace the handle by more than 0.3 mm and let go, it buzzes irregularly (up to ±0.5 mm, "
         "held back by the motor's limit)."
     )
-    assert Behaviour().sentence(in_hand=True) == "In your hand, it is stable."
+    assert Behaviour().sentence(in_hand=True) == "In your hand, the handle is stable."
     assert "within one sensor step" in Behaviour(trembles=True).sentence(in_hand=False)
 
 
 @pytest.mark.parametrize(
     ("push", "sign", "words"),
     [
-        (math.inf, ("check", "ok"), "In your hand, it is stable."),
-        (0.22e-3, ("triangle", "warn"), "a knock of more than 0.22 mm makes it buzz at 24 Hz (±1 mm)."),
+        (math.inf, ("check", "ok"), "In your hand, the handle is stable."),
+        (
+            0.22e-3,
+            ("triangle", "warn"),
+            "a push of more than 0.22 mm makes the handle buzz at 24 Hz (±1 mm).",
+        ),
         (0.0, ("cross", "danger"), "In your hand, the handle buzzes by itself at 24 Hz (±1 mm)."),
     ],
 )
@@ -222,10 +226,10 @@ def test_an_oscillation_after_a_knock_is_a_warning_and_a_spontaneous_one_a_dange
 
 def test_a_repelled_handle_is_reported_as_such():
     thrown = Behaviour(1e-3, leaves=True)
-    assert thrown.sentence(in_hand=True) == "In your hand, a knock of more than 1 mm throws it out."
+    assert thrown.sentence(in_hand=True) == "In your hand, a push of more than 1 mm throws the handle away."
     both = Behaviour(1e-3, Lasting(2e-3), Lasting(2e-3), leaves=True, flick=50.0).sentence(in_hand=False)
     assert both == (
-        "If you flick the handle faster than 0.05 m/s and let go, it buzzes (±2 mm) or is thrown out."
+        "If you flick the handle faster than 0.05 m/s and let go, it buzzes (±2 mm) or flies away."
     )
 
 

@@ -30,7 +30,8 @@ def test_the_margin_is_the_first_line(capsys):
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
     assert out.startswith(
-        "620 N/m and 2 N·s/m: 1.4 × below the limit; let go.\nAfter you let go, it is stable, 1.4 × below"
+        "620 N/m and 2 N·s/m: Stiffness 1.4 × below the limit (no hand).\n"
+        "After you let go, the handle is stable, 1.4 × below"
     )
     assert FILTER in out
     for words in ("Exact", "Simple rule", "Passive", "firm grip 6,023.3"):
@@ -46,7 +47,7 @@ def test_the_json_has_columns_in_si_units(capsys, monkeypatch):
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
     assert found["words"].startswith(
-        "After you let go, it is stable, 1.4 × below the limit. Limit without friction: "
+        "After you let go, the handle is stable, 1.4 × below the limit. Limit without friction: "
     )
     assert found["handle"]["released"]["push"] is None
     assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
@@ -102,16 +103,16 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     setting = LoopSettings(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = {
-        "grows after a small push, let go",
-        "stable, let go",
+        "grows after a small push, no hand",
+        "stable, no hand",
         "passive: stable in any hand",
         "× 1.4",
     }
     wanted |= {"Simple rule (too optimistic here)", "620 N/m, 2.0 N·s/m"}
     assert wanted <= set(words)
-    assert "1.4 × below the limit; let go." in words
+    assert "Stiffness 1.4 × below the limit (no hand)." in words
     below = " ".join(words).replace("\u00a0", " ").replace("\n", " ")
-    for said in (FILTER, "Limit, let go 867 N/m", "Limit, firm grip 6,023 N/m"):
+    for said in (FILTER, "Limit, no hand 867 N/m", "Limit, firm grip 6,023 N/m"):
         assert said in below
     for said in (
         "Mass 0.044 kg",
@@ -129,13 +130,11 @@ def test_the_figure_shows_the_measurement(drawn):
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, True, True)
     words = drawn(replace(found, points=points, cells=cells))
-    wanted = {"Bounded to ±2.3 mm", "Friction stops sensor buzz", "comes to rest, let go"}
-    assert wanted | {"keeps moving, does not grow", "grows, let go"} <= set(words)
-    said = (
-        "simulated,\u00a0by\u00a0bisection,\u00a0does\u00a0not\u00a0grow\u00a0below,\u00a0with\u00a0friction"
-    )
-    assert said in " ".join(words)
-    assert "stable, let go" not in words
+    wanted = {"Bounded to ±2.3 mm", "Friction stops sensor buzz", "comes to rest, no hand"}
+    assert wanted | {"keeps moving without growing", "grows, no hand"} <= set(words)
+    said = "found by simulations on both sides; below this line, the motion does not grow, with friction"
+    assert said in " ".join(words).replace("\u00a0", " ").replace("\n", " ")
+    assert "stable, no hand" not in words
 
 
 @pytest.mark.slow
@@ -182,9 +181,9 @@ def test_a_picture_of_pure_damping_has_its_limits_in_their_own_unit(drawn):
     def below(**more):
         return " ".join("".join(drawn(found, **more)).replace("\u00a0", " ").split())
 
-    assert "Limit, let go" in below()
-    limits = below(dampings={"released": 41.26}).rsplit("Hand let go", 1)[1]
-    assert limits == " · Limit, let go 41.3 N·s/m"
+    assert "Limit, no hand" in below()
+    limits = below(dampings={"released": 41.26}).rsplit("Hand no hand", 1)[1]
+    assert limits == " · Limit, no hand 41.3 N·s/m"
 
 
 @pytest.mark.parametrize("removed", ["--jitter", "--object"])

@@ -11,14 +11,24 @@ from hapkit_studio.analysis.stability.margin import Margin, height, nice_width, 
 @pytest.mark.parametrize(
     ("stiffness", "limit", "hand", "words"),
     [
-        (620.0, 867.0, "released", "1.4 × below the limit; let go."),
-        (620.0, 3360.0, "medium", "5.4 × below the limit; medium grip."),
-        (1127.0, 867.0, "released", "1.3 × above the limit; let go. Lower stiffness below 867 N/m."),
-        (1.0, 867.0, "firm", "Over 100 × below the limit; firm grip."),
-        (0.0, 867.0, "light", "Stable, light grip."),
-        (10.0, 0.0, "released", "Above the damping limit; let go. Lower damping."),
-        (867.0, 867.0, "released", "1.00 × below the limit; let go."),
-        (910.0, 867.0, "firm", "1.05 × above the limit; firm grip. Lower stiffness below 867 N/m."),
+        (620.0, 867.0, "released", "Stiffness 1.4 × below the limit (no hand)."),
+        (620.0, 3360.0, "medium", "Stiffness 5.4 × below the limit (medium grip)."),
+        (
+            1127.0,
+            867.0,
+            "released",
+            "Stiffness 1.3 × above the limit (no hand). Lower the stiffness below 867 N/m.",
+        ),
+        (1.0, 867.0, "firm", "Stiffness over 100 × below the limit (firm grip)."),
+        (0.0, 867.0, "light", "Stable (light grip)."),
+        (10.0, 0.0, "released", "Damping above the limit (no hand). Lower the damping."),
+        (867.0, 867.0, "released", "Stiffness 1.00 × below the limit (no hand)."),
+        (
+            910.0,
+            867.0,
+            "firm",
+            "Stiffness 1.05 × above the limit (firm grip). Lower the stiffness below 867 N/m.",
+        ),
     ],
 )
 def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, words):
@@ -28,19 +38,19 @@ def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, word
 @pytest.mark.parametrize(
     ("stiffness", "limit", "words"),
     [
-        (200.0, 256.0, "1.3 × below the limit; let go. Stable again from 341 to 1,562 N/m."),
+        (200.0, 256.0, "Stiffness 1.3 × below the limit (no hand). Stable again from 341 to 1,562 N/m."),
         (
             340.0,
             256.0,
-            "1.3 × above the limit; let go. Lower stiffness below 256 N/m. "
+            "Stiffness 1.3 × above the limit (no hand). Lower the stiffness below 256 N/m. "
             "Stable again from 341 to 1,562 N/m.",
         ),
-        (342.0, 256.0, "Stable from 341 to 1,562 N/m; let go."),
-        (342.0, 0.0, "Stable from 341 to 1,562 N/m; let go."),
+        (342.0, 256.0, "Stable from 341 to 1,562 N/m (no hand)."),
+        (342.0, 0.0, "Stable from 341 to 1,562 N/m (no hand)."),
         (
             340.0,
             0.0,
-            "Above the damping limit; let go. Lower damping. Stable only from 341 to 1,562 N/m.",
+            "Damping above the limit (no hand). Lower the damping. Stable only from 341 to 1,562 N/m.",
         ),
     ],
 )

@@ -32,10 +32,10 @@ def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
     """A wall of 5,000 N/m is too stiff for 1 ms of delay, but a released handle leaves the wall."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
-    assert held.startswith("In your hand, a knock of more than 0.")
-    assert released == "After you let go, it moves away and cannot buzz."
+    assert held.startswith("In your hand, a push of more than 0.")
+    assert released == "After you let go, the handle moves away and cannot buzz."
     assert [token for *_, token in said.signed] == ["warn", "ok"]
-    assert (said.headline, said.sign) == ("A knock makes it buzz", ("triangle", "warn"))
+    assert (said.headline, said.sign) == ("Buzzes after a push", ("triangle", "warn"))
     grip = grip_named("medium")
     handle = Handle(
         0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 5000.0, 0.0, True,
@@ -119,9 +119,12 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
     scene = VerdictInput(own, own.values({"stiffness": 300.0}), LATE)
     said = verdict(scene)
-    assert said.unknown == "No limit: the law's steepest point has 300 N/m, but its impedance states 30 N/m."
+    assert (
+        said.unknown
+        == "No limit: the law has up to 300 N/m, but its `impedance` says 30 N/m. Correct one of them."
+    )
     assert said.margins == {}
-    assert said.lines[1] == "After you let go, it is stable."
+    assert said.lines[1] == "After you let go, the handle is stable."
     assert differs(replace(own, impedance=spring.impedance), scene.values, (300.0, 0.0)) == ""
 
 

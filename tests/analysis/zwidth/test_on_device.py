@@ -188,7 +188,7 @@ def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monk
     )
     found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
     assert (found.points[0].stiffness, found.points[0].ended) == (0.0, FAST)
-    assert found.sentence == "The handle came to rest at no wall, in a light grip."
+    assert found.sentence == "The handle did not come to rest at any wall (light grip)."
     assert max(tried) == 200.0
     assert_as_before(engine)
 
@@ -224,7 +224,7 @@ def test_the_force_limit_applies_and_is_reported(running, briefly):
     found = on_device.measure(engine, (0.0,), limits)
     assert np.abs(reader.read()[:, rows.APPLIED_FORCE]).max() <= 0.5 + 1e-12
     assert (found.points[0].ended, found.points[0].clamped) == (HIGHEST, True)
-    assert found.sentence.endswith("at least 1,500 N/m come to rest, with the motor at its limit of 0.5 N.")
+    assert found.sentence.endswith("at least 1,500 N/m, with the motor at its limit of 0.5 N.")
 
 
 @pytest.mark.slow
@@ -234,7 +234,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     def person(words):
         said.append(words)
         force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
-        if words != "Hold":  # the hand moves like a grip of 200 N/m in series with the wall
+        if words != "Hold the handle still":  # the hand moves like a grip of 200 N/m in series with the wall
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
     found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, instruct=person)
@@ -242,7 +242,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     gentler = next(words for words in said if words.startswith("Press more gently: "))
     assert float(gentler.split()[3]) == pytest.approx(1.9, abs=0.15)
     assert gentler.endswith("N now, 1 N is enough.")
-    assert "Hold" in said
+    assert "Hold the handle still" in said
     assert found.points[0].ended == HIGHEST
     assert "a person's, held" in found.caption
     assert_as_before(engine)
@@ -251,7 +251,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
 def test_a_person_who_does_not_press_ends_the_measurement(running, monkeypatch):
     monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.0)
     engine = running()
-    with pytest.raises(Interrupted, match="No press"):
+    with pytest.raises(Interrupted, match="You did not press"):
         on_device.measure(engine, (0.0,), ONE_TRIAL, person=True)
     assert_as_before(engine)
 

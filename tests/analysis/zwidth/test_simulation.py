@@ -166,7 +166,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
 
 
 def test_at_least_one_damping_is_required():
-    with pytest.raises(ParameterError, match="one damping or more"):
+    with pytest.raises(ParameterError, match="at least one damping"):
         simulation.compute(device(), ())
 
 

@@ -93,7 +93,7 @@ def test_the_map_judges_the_current_loop_and_the_dot_follows_the_sliders(page, w
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
     assert column.heading.text() == "Stable"
     assert (
-        f"In your hand, it is stable, {limits['medium'] / 620.0:.0f} × below the limit."
+        f"In your hand, the handle is stable, {limits['medium'] / 620.0:.0f} × below the limit."
         in column.answers.text
     )
     assert f"{limits['firm']:,.0f} N/m" in dict(page.verdict_column.limits.pairs).values()
@@ -107,7 +107,7 @@ def test_the_map_judges_the_current_loop_and_the_dot_follows_the_sliders(page, w
     window.studio.set_value("stiffness", 5000.0)
     follow(page, qtbot)
     assert axes_of(page)[1] > 5000.0
-    assert column.answers.text.endswith("it moves away and cannot buzz."), "it leaves the wall"
+    assert column.answers.text.endswith("the handle moves away and cannot buzz."), "it leaves the wall"
 
 
 @pytest.mark.slow
@@ -129,10 +129,10 @@ def test_the_pointer_reads_the_limit_and_dragging_sets_the_sliders_up_to_the_fra
     plane = page.lines.plane
     limit = float(plane.exact[60])
     here, there = reading(page.lines, float(plane.damping[60]), 0.5 * limit)
-    assert there == f"limit {limit:,.0f} N/m: 2.0 × below"
+    assert there == f"Stiffness 2.0 × below the limit of {limit:,.0f} N/m"
     assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
     point(page.chart, 0.5 * plane.width, 0.5 * limit)
-    assert "\nlimit " in QToolTip.text()
+    assert "the limit of " in QToolTip.text()
     width, top = axes_of(page)
     canvas, start = page.chart.canvas, spot(page.chart, 0.3 * width, 0.3 * top)
     QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
@@ -182,10 +182,10 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     assert column.limits_heading.text() == "Limits of the damping"
     assert {text.split()[1] for text in told.values()} == {"N·s/m"}
     limits = {name: float(text.split()[0].replace(",", "")) for name, text in told.items()}
-    assert not damper_grows(setting, 0.99 * limits["Let go"])
-    assert damper_grows(setting, 1.01 * limits["Let go"])
+    assert not damper_grows(setting, 0.99 * limits["No hand"])
+    assert damper_grows(setting, 1.01 * limits["No hand"])
     assert limits["Passive"] == pytest.approx(setting.viscous, abs=0.06), "Colgate: b₀ > |b|"
-    assert limits["Let go"] < limits["Light grip"] < limits["Firm grip"]
+    assert limits["No hand"] < limits["Light grip"] < limits["Firm grip"]
     window.studio.choose("free")
     qtbot.waitUntil(lambda: "has no stiffness" in column.out.text())
     assert column.heading.text() == "Stable"
@@ -198,7 +198,7 @@ def test_every_limit_beside_the_map_agrees_with_theory(wall_page):
     setting, told = wall_page.lines.plane.setting, dict(wall_page.verdict_column.limits.pairs)
     bare = replace(setting, hand="released")
     (passive,), (held,) = passivity_line(bare, np.zeros(1)), friction_boundary(bare, np.zeros(1))
-    expected = {"Passive": passive, "Let go": 2.0 * bare.viscous * bare.rate, "Let go, friction": held}
+    expected = {"Passive": passive, "No hand": 2.0 * bare.viscous * bare.rate, "No hand, friction": held}
     for name, limit in expected.items():
         assert float(told[name].split()[0].replace(",", "")) == pytest.approx(limit, rel=0.005)
     assert list(told)[2:5] == ["Light grip", "Medium grip", "Firm grip"]
@@ -233,7 +233,7 @@ def test_a_puck_shows_limits_of_handle_and_object_that_are_not_on_the_map(wall_p
     assert plane.margin.limit == limits["released"] < 0.95 * hands(plane.setting, 0.0)["released"]
     told = dict(column.limits.pairs)
     assert list(told.values()) == [f"{limit:,.0f} N/m" for limit in limits.values()]
-    assert "This map is that of a wall" in column.out.text()
+    assert "This map is for a wall" in column.out.text()
 
 
 @pytest.mark.slow
@@ -323,7 +323,7 @@ def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
     assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
-    assert {"Measured boundary: beyond this map", "buzzes, does not grow"} <= set(words(page.chart))
+    assert {"Measured boundary: beyond this map", "buzzes without growing"} <= set(words(page.chart))
     window.studio.set_value("stiffness", 500.0)
     follow(page, qtbot)
     assert not page._map.outdated, "another dot is no other condition"

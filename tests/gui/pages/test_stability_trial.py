@@ -76,7 +76,7 @@ def test_a_spring_that_is_stable_again_is_reported_by_verdict_and_map():
     assert said.more.endswith(f"Stable again from {low:,.0f} to {high:,.0f} N/m.")
     inside = verdict(replace(found, said=of_spring(slow, 0.5 * (low + high), 2.25)))
     assert (
-        f"After you let go, it is stable: stable again from {low:,.0f} to {high:,.0f} N/m."
+        f"After you let go, the handle is stable: stable again from {low:,.0f} to {high:,.0f} N/m."
         in inside.lines[0][0]
     )
     here = reading(Lines(LinesRequest(slow, 0.0, 0.0), found), 2.25, 0.5 * (low + high))

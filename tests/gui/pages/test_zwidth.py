@@ -112,8 +112,8 @@ def test_points_appear_one_by_one(page):
         page.arrived.emit(*new)
     assert not page.chart.pale
     assert page.walls.points == points
-    assert "some rest, some buzz" in words(page.chart)
-    assert "all come to rest up to here, motor at its limit" in words(page.chart)
+    assert "rests at some walls, buzzes at others" in words(page.chart)
+    assert "handle rests at all walls up to here, motor at its limit" in words(page.chart)
     page.job._wanted = None
     page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # this point arrives after the measurement
     assert len(page.walls.points) == 2
@@ -123,24 +123,26 @@ def test_points_appear_one_by_one(page):
 @pytest.mark.slow
 def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    said = "At b = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
+    where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to"
+    said = f"{where} at least 1,340 N/m."
     assert page.answer.words.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
-        "At b = 2 N·s/m, let go, all walls tried up to 1,340 N/m come to rest, with the motor at its limit "
-        "of 3 N. From there to 1,400 N/m some do and some buzz."
+        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to 1,340 N/m, "
+        "with the motor at its limit of 3 N. From there to 1,400 N/m it rests at some walls and buzzes at "
+        "others."
     )
     assert page.answer.words.text() == best
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
-    assert page.point.text() == f"{best} Above this stiffness it buzzes."
+    assert page.point.text() == f"{best} Above this stiffness the handle buzzes."
     leave(page.chart)
     assert page.point.text() == ""
     page.table.copy()
     assert (
         QGuiApplication.clipboard().text()
-        == "b N·s/m\tAll rest to N/m\tSome rest to N/m\n0\t500\t–\n2\t1,340\t1,400"
+        == "b N·s/m\tStable up to N/m\tPartly stable up to N/m\n0\t500\t–\n2\t1,340\t1,400"
     )
     found = json.loads(Path(write(tmp_path / "z.json", *page.exports())).read_text(encoding="utf-8"))
     assert [point["stiffness"] for point in found["points"]] == [500.0, 1344.0]

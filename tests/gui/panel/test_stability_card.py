@@ -63,10 +63,10 @@ def test_card_and_status_bar_state_the_verdict_without_a_banner(window, qtbot):
     studio.choose("spring")
     studio.set_value("stiffness", 900.0)
     qtbot.waitUntil(
-        lambda: "After you let go, it is stable, 1.1 × below the limit." in said(window)[0],
+        lambda: "After you let go, the handle is stable, 1.1 × below the limit." in said(window)[0],
         timeout=PATIENCE_MS,
     )
-    assert said(window)[0].startswith("In your hand, it is stable, ")
+    assert said(window)[0].startswith("In your hand, the handle is stable, ")
     assert "Limit without friction: 1,002 N/m after you let go." in said(window)[1]
     assert said(window)[2:] == ("Stable, 1.1 × below the limit", ("check", "ok"))
     studio.set_value("stiffness", 2000.0)
@@ -83,7 +83,7 @@ def test_each_hand_has_its_own_sign(window):
     card = window.stability
     card.show_answer(answer(asked(1800.0, 0.0, LoopSettings(delay=1e-3, hand="light"))))
     seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
-    assert card.verdict.text.startswith("In your hand, it is stable")
+    assert card.verdict.text.startswith("In your hand, the handle is stable")
     assert seen == [("ok", "ink"), ("warn", "warn")]
     card.show_answer(answer(asked(250.0)))
     assert "In your hand" not in card.verdict.text, "nobody holds it"
@@ -98,7 +98,7 @@ def test_the_map_belongs_to_the_hand_that_determines_the_verdict(window, environ
     card.show_answer(found)
     limit = hands(setting, 0.0)[hand]
     assert dict(found.edge)[0.0] == limit
-    assert ("in your hand" if hand == "medium" else "let go") in card.caption.text()
+    assert ("while you hold the handle" if hand == "medium" else "after you let go") in card.caption.text()
     assert f"{limit:,.0f} N/m" in card.words.text()
     assert card.calm == (limit > 1800.0)
 
@@ -119,13 +119,13 @@ def test_a_scene_without_a_limit_is_judged_by_simulation(window, qtbot):
         lambda: "passivity controller is on. The limits do not include it" in said(window)[1],
         timeout=PATIENCE_MS,
     )
-    assert said(window)[0].startswith("In your hand, it is stable.")
+    assert said(window)[0].startswith("In your hand, the handle is stable.")
     studio.set_loop(controller=False, estimator="foaw")
     qtbot.waitUntil(lambda: "filter is not linear" in said(window)[1], timeout=PATIENCE_MS)
     assert not window.stability.map.isVisible()
     studio.choose("free")
     qtbot.waitUntil(lambda: "has no stiffness" in said(window)[1], timeout=PATIENCE_MS)
-    assert said(window)[0] == "In your hand, it is stable.\nAfter you let go, it is stable."
+    assert said(window)[0] == "In your hand, the handle is stable.\nAfter you let go, the handle is stable."
 
 
 @pytest.mark.slow

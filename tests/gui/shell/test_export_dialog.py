@@ -74,7 +74,7 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t) with t = T, B = 0 and the default kit's b
     words = sheet.verdict.words.text()
     assert "At 1,000 Hz" in words
-    assert "In your hand, a knock of more than" in words
+    assert "In your hand, a push of more than" in words
     found = float(re.search(r"limit of ([\d,]+) N/m in your hand", words)[1].replace(",", ""))
     assert limit < found < 5000.0, "a hand damps"
     sheet.rates.setCurrentIndex(sheet.rates.findData(2000))
@@ -82,10 +82,10 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     sheet.rates.setCurrentIndex(sheet.rates.findData(1000))
     sheet.write(str(tmp_path / "stiff.ino"))
     assert "Saved stiff/stiff.ino" in sheet.verdict.words.text()
-    assert "In your hand, a knock of more than" in sheet.verdict.words.text()
-    assert "In your hand, a knock of more than" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
+    assert "In your hand, a push of more than" in sheet.verdict.words.text()
+    assert "In your hand, a push of more than" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
     window.studio.set_values({"stiffness": 100.0})
-    assert "After you let go, it moves away" in sheet.verdict.words.text()
+    assert "After you let go, the handle moves away" in sheet.verdict.words.text()
 
 
 @pytest.mark.slow

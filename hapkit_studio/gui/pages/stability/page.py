@@ -335,4 +335,5 @@ def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
     said = short(Margin(stiffness, damping, limit, plane.setting.hand, (again,)))
     if not math.isfinite(limit) or limit <= 0.0:
         return values, said
-    return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"
+    bound = f"{limit:,.0f} N/m"
+    return values, f"{said} of {bound}" if said.endswith("limit") else f"{said}; the limit is {bound}"
