@@ -1,16 +1,16 @@
 """The pointing experiment: it shows targets in the scene, hides the friction, and measures movement times."""
 
 import random
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QFrame, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.analysis import pointing
 from hapkit_studio.analysis.pointing import BY_MODEL, CONDITIONS, POINTING, ROUNDS, START_WIDTH, Run
 from hapkit_studio.charts.experiments import draw_pointing, pointing_columns
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page, SidePanel
 from hapkit_studio.gui.pages.views import Views
@@ -18,7 +18,7 @@ from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.scenes.base import Zone
 from hapkit_studio.gui.state import permissions
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.teach.experiment import RecordedTrials, ResultDialog
+from hapkit_studio.gui.teach.experiment import Experiment, RecordedTrials, ResultDialog
 from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.widgets.parts import hbox, hint, label, primary, vbox
 from hapkit_studio.haptics import rows
@@ -181,22 +181,14 @@ class PointingPage(Page):
         self.side.add(primary(self.stop))
 
 
-class PointingExperiment(QObject):
+class PointingExperiment(Experiment):
     """Asks for the conditions, shows the page, and shows the results at the end."""
 
     def __init__(self, studio: Studio, live: Live, views: Views, scene: SceneView, window: QWidget):
-        super().__init__(window)
-        self._studio, self._live, self._views, self._scene = studio, live, views, scene
-        self._window = window
-        self.page: PointingPage | None = None
+        super().__init__(studio, views, window)
+        self._live, self._scene = live, scene
         self._targets: list[pointing.Target] = []
         studio.environment_changed.connect(self._begin_waiting)
-
-    @property
-    def possible(self) -> bool:
-        """Return True if an experiment can be started."""
-        studio = self._studio
-        return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
 
     def show_settings(self) -> None:
         """Open the dialog with the conditions."""
@@ -219,49 +211,23 @@ class PointingExperiment(QObject):
         if not targets or self._studio.environment.key != pointing.ENVIRONMENT or not self.possible:
             return
         run = Run(targets, random.randrange(1 << 32))
-        page = PointingPage(self._studio, self._live, self._scene, run)
-        try:
-            page.begin()
-        except ParameterError as error:  # the settings of the friction are locked
-            page.end()
-            page.deleteLater()
-            self._studio.refused.emit(str(error))
-            return
-        self.page = page
-        page.ended.connect(self._end)
-        self._live.set_paused(False)
-        self._views.cover(page.side, page, scene=True)
-
-    def end(self) -> None:
-        """End a running experiment."""
+        self._start(PointingPage(self._studio, self._live, self._scene, run), scene=True)
         if self.page is not None:
-            self._studio.hide_values(None)
+            self._live.set_paused(False)
 
-    def _end(self) -> None:
-        page, self.page = self.page, None
-        if page is None or page.side is None or page.trials is None:
+    def show_results(self, page: PointingPage, name: str) -> None:
+        if not page.run.done:
+            text_dialog(TITLE, ["No trial was completed."], self._window).show()
             return
-        name = page.trials.end()
-        self._views.cover(None)
-        page.side.deleteLater()
-        page.deleteLater()
-        show_results(page.run.done, name, self._window)
-
-
-def show_results(done: list[pointing.Trial], name: str, window: QWidget) -> None:
-    """Open a dialog with the results of these trials; ``name`` is the name of the recording."""
-    if not done:
-        text_dialog(TITLE, ["No trial was completed."], window).show()
-        return
-    lines = pointing.evaluate(done)
-    words = [
-        f"Movement time MT = a + b·ID, where ID is the index of difficulty of a target. The intervals "
-        f"contain the true values with 95 % probability. Trials: {len(done)}."
-    ]
-    if name:
-        words.append(
-            f"The trials are recorded in {name}. `hapkit-studio experiment pointing` evaluates them again."
-        )
-    ResultDialog(
-        TITLE, words, lambda figure, c: draw_pointing(figure, c, lines), pointing_columns(), lines, window
-    ).show()
+        lines = pointing.evaluate(page.run.done)
+        words = [
+            f"Movement time MT = a + b·ID, where ID is the index of difficulty of a target. The intervals "
+            f"contain the true values with 95 % probability. Trials: {len(page.run.done)}."
+        ]
+        if name:
+            words.append(
+                f"The trials are recorded in {name}. "
+                "`hapkit-studio experiment pointing` evaluates them again."
+            )
+        chart = partial(draw_pointing, found=lines)
+        ResultDialog(TITLE, words, chart, pointing_columns(), lines, self._window).show()

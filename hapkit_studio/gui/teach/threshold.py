@@ -3,18 +3,16 @@
 import random
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from hapkit_studio.analysis import discrimination
 from hapkit_studio.analysis.discrimination import COMPARISON, UNITS, Comparison, Staircase
 from hapkit_studio.charts.experiments import draw_threshold, threshold_text
-from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.pages.views import Views
 from hapkit_studio.gui.state import permissions
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach.blind import BlindPage
-from hapkit_studio.gui.teach.experiment import RecordedTrials, ResultDialog
+from hapkit_studio.gui.teach.experiment import Experiment, RecordedTrials, ResultDialog
 from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.quantity import Quantity
@@ -127,19 +125,8 @@ class ThresholdPage(BlindPage):
         return f"Answers: {self.answers}. Changes of direction: {turns} of {discrimination.REVERSALS}."
 
 
-class ThresholdExperiment(QObject):
+class ThresholdExperiment(Experiment):
     """Asks for the parameter, shows the page, and shows the threshold at the end."""
-
-    def __init__(self, studio: Studio, views: Views, window: QWidget):
-        super().__init__(window)
-        self._studio, self._views, self._window = studio, views, window
-        self.page: ThresholdPage | None = None
-
-    @property
-    def possible(self) -> bool:
-        """Return True if an experiment can be started."""
-        studio = self._studio
-        return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
 
     def show_settings(self) -> None:
         """Open the dialog of the parameter."""
@@ -151,30 +138,9 @@ class ThresholdExperiment(QObject):
         """Start with a parameter of the active environment."""
         if not self.possible or parameter not in comparable(self._studio):
             return
-        page = ThresholdPage(self._studio, parameter, source)
-        try:
-            page.begin()
-        except ParameterError as error:  # the parameter is locked
-            page.deleteLater()
-            self._studio.refused.emit(str(error))
-            return
-        self.page = page
-        page.ended.connect(self._end)
-        self._views.cover(page.side, page)
+        self._start(ThresholdPage(self._studio, parameter, source))
 
-    def end(self) -> None:
-        """End a running experiment."""
-        if self.page is not None:
-            self.page.finish()
-
-    def _end(self) -> None:
-        page, self.page = self.page, None
-        if page is None or page.side is None or page.trials is None:
-            return
-        name = page.trials.end()
-        self._views.cover(None)
-        page.side.deleteLater()
-        page.deleteLater()
+    def show_results(self, page: ThresholdPage, name: str) -> None:
         if not page.found:
             text_dialog(TITLE, ["No answer was given."], self._window).show()
             return
