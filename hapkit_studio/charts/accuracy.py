@@ -303,6 +303,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
         right.text(0.45, row, gain, color=c.ink2, **words)
     right.text(0.0, len(options) + 2.2, OWN_KEY, color=c.ink2, **words)
     axes.set(xscale="log", yscale="log")
+    axes.set_title("How accurate is each method by itself?", loc="left", size=TICK, color=c.ink2)
     axes.margins(0.12)
     low, high = axes.get_xlim()[0], max(axes.get_xlim()[1], 2.0 * has)
     axes.set_xlim(low, high)
@@ -365,7 +366,7 @@ def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float)
 NEEDS_KEY = (
     "What most people feel if one property is left out, in just-noticeable differences (JND). Loop at 1 kHz, "
     "delay 1 ms, velocity filter IIR at 35.5 Hz. Shaded: the scene needs the property. †: only the most "
-    "sensitive people feel the difference. The small text names the sense."
+    "sensitive people feel the difference. The text below a number names the sense."
 )
 _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
 

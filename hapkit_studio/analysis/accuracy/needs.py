@@ -103,7 +103,8 @@ class LawTerm:
     @property
     def text(self) -> str:
         """Describe how much faster the law is without the term."""
-        cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
+        shown = self.cycles, [round(rate, -1) for rate in self.rate], self.limit  # rates as in ``hertz``
+        cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in shown)
         return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
 
 

@@ -63,4 +63,5 @@ def sentence(sheet: Sheet, board: bool = False) -> str:
         return f"No method has an error within {where}."
     cost = f"{cost_text(found[0], board)} {'a second' if board else 'per simulated second'}"
     others = f" {len(found) - 1} more cost{'s' * (len(found) == 2)} the same." if found[1:] else ""
-    return f"Cheapest with error within {where}: {name_text(found[0], sheet)}, {cost}.{others}"
+    best = name_text(found[0], sheet)
+    return f"The cheapest method with an error within {where} is {best}: {cost}.{others}"

@@ -325,7 +325,7 @@ class NeedsPart(Part):
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details, self.law = Pairs(), hint()
         self.side = SidePanel("What it needs", "Press Run, then choose a cell.")
-        self.side.section("What leaving out law terms saves")
+        self.side.section("What each term of the law costs")
         self.side.add(self.law)
         self.side.section("This cell")
         self.side.add(self.details)

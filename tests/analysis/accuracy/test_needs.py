@@ -139,9 +139,9 @@ def test_numbers_are_formatted_for_people():
         Effect("made", "mass", 1.0, since=232.4).since_text,
         Effect("made", "mass", 1.0, since=0.0).since_text,
         Effect("made", "delay", 1.0, limit=334.0, without=1002.0).gain_text,
-        LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2e3), (400.0, 900.0)).text,
+        LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2299.0), (400.0, 900.0)).text,
     ]
     assert said == [
         "up to 2,400 Hz", "from 0.2 ms", "from 230 N/m", "always", "+668 N/m",
-        "Damping = 0: 200 → 100 cycles a tick, 1,000 → 2,000 Hz, stable up to 400 → 900 N/m",
+        "Damping = 0: 200 → 100 cycles a tick, 1,000 → 2,300 Hz, stable up to 400 → 900 N/m",
     ]  # fmt: skip

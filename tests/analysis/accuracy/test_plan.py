@@ -60,7 +60,8 @@ def test_winners_are_the_cheapest_points_within_each_tolerance_and_those_of_equa
     assert found == [["euler"], ["verlet", "exact"], ["exact"], ["exact"]]
     assert [p.method for p in made.winners(1e-3, board=True)] == ["rk4"]
     assert texts.sentence(made) == (
-        "Cheapest with error within 2 %: Verlet, 0.50 µs per simulated second. 1 more costs the same."
+        "The cheapest method with an error within 2 % is Verlet: 0.50 µs per simulated second. "
+        "1 more costs the same."
     )
     assert texts.sentence(sheet([point("verlet", math.inf, 10.0)])) == "No method has an error within 2 %."
 

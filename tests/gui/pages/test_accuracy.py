@@ -57,7 +57,7 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     part = show(page, 0)
     part.show_result(Accuracy(sheets=(sheet(),)))
     resize(qapp, shared_window, (1280, 720))
-    said = "Cheapest with error within 2 %: Verlet, 1 ms step, 4.0 µs per simulated second."
+    said = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
     assert part.answer.words.text() == said
     assert [" ".join(row) for row in part.table.texts()[1:]] == [
         "Verlet, 1 ms 10 %", "Verlet, 1 ms 1 %", "Verlet, 0.5 ms 0.1 %", "Rk4, 1 ms 0.01 %",
