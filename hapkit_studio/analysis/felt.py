@@ -1,8 +1,8 @@
 """Force over position as felt: each force over the handle's position while that force acted.
 
-A force is computed from a sample, acts a delay later and is held until the next force. A plot over the
-positions of the samples lies on the law's line for any delay. A plot over the positions while the forces
-acted shows the hysteresis loop that the hand feels; the area of this loop is the energy added.
+A force is computed from a sample, begins to act a delay later and is constant until the next force. A plot
+over the positions of the samples lies on the law's line for any delay. A plot over the positions while the
+forces acted shows the hysteresis loop that the hand feels; the area of this loop is the energy added.
 """
 
 from dataclasses import dataclass

@@ -18,9 +18,9 @@ from hapkit_studio.haptics import rows
 FORCE_SHARE, FORCE = 0.06, 0.015  # JND of a force: this fraction of the force, and at least this many N
 PLACE = 0.4e-3  # m: JND of a position
 MOMENT = 0.020  # s: shorter times are not distinguished
-# Hz, and the smallest amplitude in m at which most people feel a held cylinder vibrate, interpolated log-log.
-# Shape and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, so
-# slower movements are compared by their position.
+# Frequency in Hz, and the smallest amplitude in m at which most people feel that a cylinder in their hand
+# vibrates; interpolated on logarithmic axes. Shape and minimum: Brisben et al.; amplitudes: from memory.
+# Below 20 Hz the arm follows the movement, so slower movements are compared by their position.
 VIBRATION = (
     (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
     (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),

@@ -32,7 +32,7 @@ START_WIDTH = 0.004  # m: width of the area in which a movement begins
 REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays within this range for this time
 SLOWEST = 0.005  # m/s: smallest peak speed of a movement; slower motions are ignored
 LONGEST = 6.0  # s: longest time of a movement
-HOLD = 0.6, 1.2  # s: range of the random time for which the start is held before the target is shown
+HOLD = 0.6, 1.2  # s: range of the random time at the start until the target is shown
 _LONGEST_TRIAL = 30.0  # s: longest trial that is accepted from a file, because all its samples are read
 _LEFT = 0.25  # fraction of the distance after which the handle has left the start
 _GAP = 0.1  # s: longest time between two samples
@@ -230,7 +230,7 @@ def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | Non
 
 
 class Run:
-    """Leads a person through the trials: the person holds the start, sees the target, and goes to it.
+    """Leads a person through the trials: the person stays at the start, sees the target, and moves to it.
 
     ``going`` is True while the target is shown. ``done`` contains the trials so far. A trial is repeated if
     it takes longer than LONGEST or if samples are missing; a trial that takes too long is repeated at the

@@ -51,7 +51,7 @@ def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
 
 
 def error(method: str, h: float, drift: bool) -> float:
-    """Return the relative change of energy: its rms per bounce, or with ``drift`` the total change."""
+    """Return the relative change of energy: the rms over bounces, or the total one if ``drift``."""
     found = energies(method, h)
     with np.errstate(all="ignore"):
         off = abs(found[-1] - 1.0) if drift else math.sqrt(np.mean((np.diff(found) / found[:-1]) ** 2))

@@ -23,7 +23,8 @@ from hapkit_studio.haptics import headless, rows
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
-# N, N, Hz: a constant and a vibrating pull for two seconds; their sum is below kinetic friction
+# N, N, Hz: a constant pull, and amplitude and frequency of an added vibration; their sum is below the kinetic
+# friction
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
 # m/s: initial speed of the handle. Each model must bring the sliding handle to rest; starting at rest would

@@ -1,7 +1,7 @@
 """Integrators: the error of each integrator in an object's motion, at steps from 0.125 to 4 ms.
 
-The oscillating mass has the environment's default values. The stick-slip scene has a light slider; the
-literature gives a formula for its period. The board's cycles are those of the environments' laws.
+The oscillating mass has the environment's default values. In the stick-slip scene a spring pulls a light
+slider; the literature gives a formula for the period. The board's cycles are those of the environments' laws.
 """
 
 import math
@@ -24,7 +24,7 @@ Motion = tuple[Callable[[], object], Callable[[], float]]
 
 
 def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
-    """Return the motion of a mass on a spring and a damper for 1 s after its release, 10 mm from rest.
+    """Return the motion of a mass on a spring and a damper for 1 s, released 10 mm off the equilibrium.
 
     Its error is the largest distance from the closed-form solution, divided by the initial deflection.
     """

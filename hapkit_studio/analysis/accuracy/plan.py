@@ -1,10 +1,10 @@
-"""Work-precision charts: scenes, points, Pareto front, best methods, orders, and the timing of methods.
+"""Work-precision charts: the error of methods over their cost, the Pareto front and the best methods.
 
 The cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of
 compiled work is the minimum over many runs, which several other runs must confirm. All candidates run
-alternately. The spread is the range of the fastest quarter of the runs, and at least the tolerance of the
-minimum. Only the thread's own processor time is measured; other programs can lengthen it a little, but never
-shorten it.
+alternately. The spread of a cost is the range of the fastest quarter of the runs; it is at least the fraction
+KNOWN of the cost. Only the thread's own processor time is measured; other programs can lengthen it a little,
+but never shorten it.
 """
 
 import math

@@ -144,7 +144,7 @@ class Option:
     own: tuple[tuple[float, float], ...] = ()
 
     def row(self) -> dict[str, object]:
-        """Return the option as a plain object for programs."""
+        """Return the option as an object of JSON data."""
         parts = dict(zip(PARTS, self.parts, strict=False))
         return plain(self) | {"options": dict(self.options), "parts": parts}
 

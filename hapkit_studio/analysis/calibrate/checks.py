@@ -219,7 +219,7 @@ class Report:
         return all(result.good for result in self.results.values())
 
     def as_json(self) -> dict[str, Any]:
-        """Return a plain object for programs."""
+        """Return the report as an object of JSON data."""
         return {"pass": self.good, "checks": {k: vars(v) | {} for k, v in self.results.items()}}
 
     @property

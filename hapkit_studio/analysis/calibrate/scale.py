@@ -20,8 +20,9 @@ SLIPPED = 1.5e-3
 READING = 0.3e-3
 """m: standard deviation of a mark held by hand, combined with the residuals of the marks."""
 _KNOWN = 4
-# Largest relative deviation from the radii. If the deviation is near a factor of 2, or the handle length is
-# implausible (kits have 66 to 90 mm), a diameter was entered as a radius.
+# Largest relative deviation of the fitted scale from the scale of the radii. If the deviation is near a
+# factor of 2, or the handle length is implausible (kits have 66 to 90 mm), a diameter was entered as a
+# radius.
 NEAR = 0.06
 _FACTOR = 0.12
 _HANDLES = (0.055, 0.120)

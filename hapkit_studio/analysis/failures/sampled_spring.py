@@ -28,7 +28,7 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
 
 
-# b₀T/m of the other two curves: handles whose free motion decays slowly and quickly
+# b₀T/m of two further handles, whose free motion decays quickly and slowly
 _OTHER_HANDLES = (0.1, 0.001)
 _CURVE_POINTS, _MEASURED_POINTS = 120, 9
 _GRID = 80

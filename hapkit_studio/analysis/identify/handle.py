@@ -88,8 +88,8 @@ def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
     Return None if a neighbour is needed and there is none.
 
     Window lengths differ in their bandwidth. At a steady speed the loop turns quantisation into a slow motion
-    that biases the results of only some window lengths. If the motion is rich, the results may differ within
-    their intervals.
+    that biases the results of only some window lengths. If the acceleration is large compared with its noise,
+    the results may differ within their intervals.
     """
     if not (best.sure or others or best.part.released):
         return None

@@ -5,10 +5,10 @@ and late by the loop's delay. The motor's force is not measured, so the motor's 
 estimates nor in their intervals. Both sides are averaged over smooth windows, which avoids differences of
 sensor counts. Hold and delay reduce the damping; the estimate includes this loss.
 
-The value expected for a motion follows from the lag. The force is held for a period T and arrives td late, so
-it lags the position by T / 2 + td. The spring's force -K x therefore acts as -K x + K (T / 2 + td) v, which
-reduces the damping to B - K (T / 2 + td). The velocity estimate has a further lag: -B v adds a stiffness of B
-w² times this lag.
+The expected value follows from the lag of the force. The force is constant for a period T and arrives td
+late, so it lags the position by T / 2 + td. The spring's force -K x therefore acts as -K x + K (T / 2 + td)
+v, which reduces the damping to B - K (T / 2 + td). The velocity estimate has a further lag: -B v adds a
+stiffness of B w² times this lag.
 """
 
 import math
@@ -165,7 +165,7 @@ def _expected(
     columns: np.ndarray,
     usable: np.ndarray,
 ) -> dict[str, float]:
-    """Return the estimates that are expected if the law renders exactly the values set."""
+    """Return the estimates that are expected if the law renders the set values exactly."""
     if not asked.simple:
         return {}
     depth, rate = grid.seen - (asked.centre or 0.0), grid.speed

@@ -56,9 +56,10 @@ _AT_LIMIT = 0.05
 
 @dataclass(frozen=True)
 class Lasting:
-    """A sustained oscillation: amplitude in m, frequency in Hz (NaN with too few cycles), clamped fraction.
+    """A sustained oscillation: amplitude in m, frequency in Hz (NaN with too few cycles).
 
-    If ``irregular`` is not 0, the amplitude varies, up to this value.
+    ``clamped`` is the fraction of clamped samples. If ``irregular`` is not 0, the amplitude varies, up to
+    this value.
     """
 
     amplitude: float

@@ -77,7 +77,7 @@ class Unsafe(Exception):
 class GuardedDevice:
     """Context manager: set the wall and limit the force; restore all settings on exit.
 
-    The wall replaces the present environment, at the same position. ``into`` is 1 if the wall is on the
+    The wall replaces the current environment, at the same position. ``into`` is 1 if the wall is on the
     right, -1 if it is on the left. ``instruct`` receives texts for the user. ``poll`` is called about 100
     times per second and may raise to abort. ``clamped`` is True if a sample collected with ``judged`` reached
     the force limit.
