@@ -159,7 +159,7 @@ class BoardRunner:
         self.board = board
         self.recent: deque[Sample] = deque(maxlen=RECENT_SAMPLES)
         self.progress = (0.0, 0.0)
-        """Elapsed time and duration in s of the present run; both are 0 if no run is active."""
+        """Elapsed time and duration in s of the current run; both are 0 if no run is active."""
         self._settings: Settings | None = None
         self._stop, self._cancel = threading.Event(), threading.Event()
 

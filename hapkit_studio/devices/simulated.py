@@ -221,7 +221,8 @@ def _stopped(motion, stop):
 def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
     """Move to the next sample while the hand's target moves linearly from target0 to target1 in m.
 
-    Without a new ``command``, the last command is held. dev[EFFECT] is the mean motor force over the period.
+    Without a new ``command``, the last force continues to act. dev[EFFECT] is the mean motor force over the
+    period.
     """
     x, v, mass, damping, coulomb = dev[X], dev[V], dev[_MASS], dev[_DAMPING], dev[_COULOMB]
     grip, stiffness = dev[_HAND_DAMPING], dev[_HAND_STIFFNESS]
