@@ -1,6 +1,6 @@
 """Dry friction that laws and simulations share: written in the law language, compiled for both.
 
-Forces in N act on the sliding body and are positive to the right. A limit is the largest static friction.
+Forces in N act on the sliding body and are positive to the right. ``limit`` is the largest static friction.
 """
 
 import math
