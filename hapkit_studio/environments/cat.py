@@ -16,7 +16,7 @@ HAIR_SPACING = 0.003  # m
 # Above the last speed the hand is rough.
 RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.14
 PACE_TIME = 0.01  # s: time constant of two low-pass filters, which suppress sensor counts and the purr
-# contentment per metre for a caress, for another speed, and against the nap
+# contentment per metre that a caress adds, and that a stroke against the nap and a rough stroke remove
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5
 FORGETS = 10.0  # s: time constant of the mood; the effect of a caress decays only while the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
