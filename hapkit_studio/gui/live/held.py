@@ -42,7 +42,7 @@ LINE_STYLES = (
 )
 """Each held trace has its own style, so the number of styles limits the number of held traces."""
 _COLUMNS = 2000  # number of points to which a held trace is reduced
-# s: the newest part is also held at the full sampling rate, for the force plot, which shows 10 s
+# s: the newest part is also stored at the full sampling rate, for the force plot, which shows 10 s
 _FELT_SECONDS = 10.0
 
 

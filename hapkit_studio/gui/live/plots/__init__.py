@@ -1,1 +1,1 @@
-"""The plots. Each file declares one plot, which is discovered by the name ``PLOT``."""
+"""The plots. Each file declares one plot under the name ``PLOT``."""

@@ -1,4 +1,4 @@
-"""Declarations of plots. A file in this folder that defines ``PLOT`` is discovered and its plot is shown."""
+"""Declarations of plots. The window shows the plot of each file in this folder that defines ``PLOT``."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
