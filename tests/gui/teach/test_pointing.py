@@ -65,7 +65,7 @@ def test_a_whole_experiment_is_recorded_and_evaluated(pointed, qtbot):
     assert window.centre.scene._zone is None
     assert len(page.run.done) == 2
     said = " ".join(label_texts(sheet_of(window, ResultDialog)))
-    assert "2 trials." in said
+    assert "Trials: 2." in said
     qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
     path, _ = window.studio.recording.newest
     assert path.name in said
