@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QLabel, QPushButton
 
+from hapkit_studio import lab
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.padding import Padding
@@ -302,6 +303,27 @@ def test_the_drawing_shows_the_selected_method_and_a_failed_mass_is_measured_aga
     assert step.drawing.shown == {"upright", "plugged", "scale"}
     step.method.button(2).click()
     assert step.drawing.shown == {"upright", "plugged", "spring"}
+
+
+def test_a_motion_above_the_labs_limit_is_refused_with_both_forces(played, monkeypatch):
+    play = played()
+    play.direct()
+    limited = lab.LabSettings(force_limit=1.0)
+    monkeypatch.setattr(lab, "settings", lambda: limited)
+    play.hang(0.0)
+    play.kit.forces.clear()
+    # the sweep begins with a rising force that breaks the friction
+    for index, button, force in ((4, "carry", 2.5), (4, "push", 1.5), (4, "pull", 2.0), (5, "sweep", 1.5)):
+        play.dialog.go(index)
+        step = play.dialog.step
+        if index == 4:
+            step.method.button(("carry", "push", "pull").index(button)).click()
+        play.press(getattr(step, button))
+        assert step.box.words.text().startswith(
+            f"This needs up to {force:g} N, but lab.toml limits the force to 1 N."
+        )
+        assert step.result is None
+    assert set(play.kit.forces) <= {0.0}
 
 
 @pytest.mark.slow
