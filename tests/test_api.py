@@ -154,7 +154,7 @@ REFUSED = [
     (("wall", {"stifness": 1.0}), {}, "Wall has no parameter 'stifness'; it has: stiffness, damping"),
     (("wall", {"stiffness": 5000.1}), {}, "Stiffness must be between 0 and 5,000 N/m, not 5,000.1."),
     (("wall", {"side": "up"}), {}, "Side must be one of right, left, not 'up'."),
-    (("wall", [("stiffness", 1.0)]), {}, "Wall takes its parameters by name"),
+    (("wall", [("stiffness", 1.0)]), {}, "parameters of Wall must be given by name"),
     (("wall",), {"hand": "shove"}, "The hand must be one of press, tap, stroke"),
     (("wall",), {"hand": math.sin}, "hand takes a script's name, a Hand"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.inf if t > 0.0105 else 0.0)}, "at 0.011 s it is not."),
