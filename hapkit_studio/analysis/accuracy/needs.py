@@ -112,7 +112,7 @@ class LawTerm:
 class Needs:
     """A scene's effects (one per term), the needed terms, and the effect of removing all other terms.
 
-    It also has the law's terms.
+    ``law`` contains the cost of each term of the scene's law.
     """
 
     scene: str

@@ -23,7 +23,7 @@ from hapkit_studio.laws.machine import ARENA
 FELT = "A third of the 6 % change of force that people can feel"  # the reason for a tolerance of 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-# relative errors; a speed error is first divided by ten times its scene's tolerance
+# relative errors; for a speed error they are multiplied by ten times the scene's tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
 # decades of error: largest deviation of points from the straight line whose slope is the order
 STRAIGHT = 0.15

@@ -59,7 +59,8 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
     *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
     *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
 )
-# N: weakest vibration of a force that people feel; divided by the damping below, it gives a speed
+# N: weakest vibration of a force that people feel; divided by the damping below, it gives the tolerance of
+# the velocity
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"

@@ -43,7 +43,7 @@ def _hand_motion(time: float) -> float:
 
 
 def swing(method: str, step: float) -> np.ndarray:
-    """Return the simulated position (n,) of the mass about its rest, while in contact."""
+    """Return the simulated position (n,) of the mass relative to its rest position, while in contact."""
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf)
     count, loop = round((RISE + SECONDS) / step), LoopSettings(1.0 / step)
     out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_hand_motion))

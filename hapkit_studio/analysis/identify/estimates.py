@@ -46,8 +46,8 @@ TERMS = {
 class Estimate:
     """An estimate with the half width of its 95 % confidence interval, in SI units.
 
-    ``asked`` is the value that was set. ``expected`` is the value that the loop should render from it, with
-    hold, delay and estimator. ``determined`` is True if the recording determines the value; otherwise
+    ``asked`` is the value that was set. ``expected`` is the value that a loop with this hold, delay and
+    estimator should render for it. ``determined`` is True if the recording determines the value; otherwise
     ``advice`` says what to do.
     """
 

@@ -38,7 +38,7 @@ NOTHING_MOVES = (
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
-    """Identify the handle; set ``released`` if no hand holds it and the recording does not contain this."""
+    """Identify the handle; set ``released`` if no hand holds it and the recording does not tell."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     in_hand = grid.in_hand & (not released)

@@ -46,7 +46,7 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
         used = int(usable.sum()) * piece
         if best is None or used > _GAIN * best[0]:
             best = used, windows, usable
-    assert best is not None  # the loop tries the shortest windows first
+    assert best is not None  # the loop always tries the shortest windows
     return _fitted(grid, setup, asked, names, *best[1:])
 
 

@@ -19,7 +19,7 @@ from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
 _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
-# The system grows if a root is above this value. An object without a spring has a root at exactly 1, which is
+# The motion grows if a root is above this value. An object without a spring has a root at exactly 1, which is
 # not growth.
 _STILL = 1.0 + 1e-9
 

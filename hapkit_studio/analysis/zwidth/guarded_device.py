@@ -112,7 +112,7 @@ class GuardedDevice:
         return self
 
     def __exit__(self, *_error) -> None:
-        """Release the hand and restore the settings, except those that others have changed meanwhile."""
+        """Release the hand and restore the settings, except those that were changed elsewhere meanwhile."""
         self.engine.move_hand(None)
         environment, values, grip = self._before
         self.engine.set_loop(hand=grip)
@@ -133,7 +133,7 @@ class GuardedDevice:
         return self._samples / self._seconds if self._seconds > 0.0 else math.nan
 
     def wall(self, stiffness: float, damping: float) -> None:
-        """Apply a wall, ramped over 30 ms; raise Interrupted if others have changed the settings."""
+        """Apply a wall, ramped over 30 ms; raise Interrupted if the settings were changed elsewhere."""
         values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
         wall = WALL, WALL.values({**self._place, **values})
         if not self.engine.replace_environment(*self._mine, *wall):
@@ -147,8 +147,8 @@ class GuardedDevice:
     def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
         """Return the rows of the next seconds, by the device's clock.
 
-        If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted, or an
-        exception of ``poll``, within a few ms.
+        If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted within a
+        few ms if the device stops or the settings are changed; ``poll`` may raise too.
         """
         found, first = [self._reader.read()[:0]], None
         heard = time.monotonic()

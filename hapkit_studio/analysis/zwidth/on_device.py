@@ -62,8 +62,8 @@ def measure(
     """Return the Z-width of a running engine's device with its current loop.
 
     ``person`` is True if a person presses; if it is None, a person presses if the device has no simulated
-    hand. ``instruct`` receives texts for the user. Raise ParameterError, Interrupted, and any exception of
-    ``progress``; the settings are restored in any case.
+    hand. ``instruct`` receives texts for the user. Raise ParameterError for an invalid argument, Interrupted
+    if the measurement ends early, and any exception of ``progress``. The settings are restored in any case.
     """
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
