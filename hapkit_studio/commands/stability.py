@@ -1,4 +1,4 @@
-"""The command for the stiffness limits of a loop: exact, passive, by rule, measured; margin and map."""
+"""The command for the stiffness limits of a loop, its stability margin and its map."""
 
 import argparse
 import time
