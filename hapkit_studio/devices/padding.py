@@ -1,4 +1,4 @@
-"""How padding frames to a whole USB packet changes the delay, measured by the board's clock."""
+"""Measures, by the board's clock, how the delay changes if frames are padded to a whole USB packet."""
 
 import time
 from collections import deque
@@ -26,7 +26,7 @@ class Padding(NamedTuple):
 
     @property
     def better(self) -> int:
-        """Return the better padding; it must reduce the delay by 5 %, because padding costs bandwidth."""
+        """Return PACKET if padding reduces the delay by more than 5 %, else 0, because it costs bandwidth."""
         return PACKET if self.padded < 0.95 * self.plain else 0
 
 

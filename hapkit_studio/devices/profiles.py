@@ -14,7 +14,7 @@ MR_COUNTS = 921
 HALL_COUNTS = 16384
 ENCODER_COUNTS = 48
 FULL_TABLE = (32, 64, 96, 128, 159, 191, 223, 255)
-"""Torque in 255ths at eighths of full duty: linear until measured."""
+"""Torque at eighths of the full duty, in units of 1/255; it is linear until it is measured."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The serial ports of this computer, with chip, likelihood of a Hapkit, program that uses it, and latency."""
+"""The serial ports of this computer: their chips, which ports may be a Hapkit, their users and latencies."""
 
 import contextlib
 import os

@@ -108,7 +108,7 @@ VARIABLE = "HAPKIT_VIRTUAL_BOARD"
 TRUTH_COLUMNS = (
     "time", "position", "velocity", "motor_force", "duty", "hand_force", "hand_target", "converter",
 )  # fmt: skip
-"""Columns of the truth log: s, m, m/s, N, signed of 255, N, m, 0..1023."""
+"""Columns of the truth log in SI units; ``duty`` is signed, out of 255, and ``converter`` is 0 to 1023."""
 
 MODES = ("paced", "lockstep", "fast")
 PATIENCE = 10.0
