@@ -95,7 +95,7 @@ def configure(**options: str) -> None:
 
 
 def set_cache(folder: str) -> None:
-    """Set the folder for machine code, marked as the studio's choice."""
+    """Set the folder for machine code, and mark it as chosen by the studio."""
     configure(CACHE_DIR=folder)
     os.environ[program.OWN_CACHE] = folder
 
