@@ -35,7 +35,7 @@ REST = 1e-6
 USUAL_PERIOD = 1e-3
 # just-noticeable relative difference of a force (Jones: 6 to 7 %)
 NOTICED = 0.07
-SMALL_LACK = 0.01  # fraction of the friction below which a deviation causes no warning
+SMALL_LACK = 0.01  # a deviation by less than this fraction of the friction causes no warning
 
 
 @law(state={"anchor": 0.0, "slides": 0.0, "before": 0.0, "started": 0.0})
