@@ -287,8 +287,7 @@ class Replay(QObject):
 def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Snapshot:
     """Return the recorded settings that can be applied on this device.
 
-    A board keeps its own loop rate. Raise ParameterError for an unknown environment. Raise ParameterError if
-    the environment is unknown.
+    A board keeps its own loop rate. Raise ParameterError for an unknown environment.
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:
