@@ -68,9 +68,9 @@ def _has_folders() -> bool:
     try:
         for folder in ("config", "data", "cache", "documents"):
             getattr(platformdirs, f"user_{folder}_dir")()
-    except (KeyError, RuntimeError, ValueError):  # of Windows' environment, of Unix, of Windows' system calls
+    except (KeyError, RuntimeError, ValueError):  # on Windows without a variable, on Unix, in a Windows call
         return False
-    return os.path.expanduser("~") != "~"  # older versions of platformdirs leave it in the path
+    return os.path.expanduser("~") != "~"  # older versions of platformdirs leave "~" in the path
 
 
 def _is_for_window(given: Sequence[str]) -> bool:
