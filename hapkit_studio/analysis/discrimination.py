@@ -22,7 +22,7 @@ from hapkit_studio.files import checked_integer, checked_number, checked_text
 COMPARISON = "comparison"
 """The kind of a session's event that contains an answer."""
 UNITS = ("N/m", "N·s/m", "N")
-"""Units of parameters to which the force of the same movement is proportional."""
+"""Units of the parameters that are proportional to the force of a given movement."""
 RIGHT_IN_A_ROW = 3
 CONVERGES = 0.5 ** (1.0 / RIGHT_IN_A_ROW)
 """Fraction of right answers at the threshold."""

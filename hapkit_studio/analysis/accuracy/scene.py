@@ -411,8 +411,8 @@ def limit_text(limit: float) -> str:
 def limit_of(question: SceneRequest, options: Options, rate: float, delay: float, spec: Spec) -> float:
     """Return the exact stiffness limit of a released handle, or of the handle pressed against an object.
 
-    The damping is that of the exact method: additional damping near rest, such as the slope of a smoothed
-    friction, does not permit a stiffer spring.
+    The damping is that of the exact method: additional damping near zero speed, such as the slope of a
+    smoothed friction, does not permit a stiffer spring.
     """
     device, environment = question.device, question.environment
     setting = LoopSettings(

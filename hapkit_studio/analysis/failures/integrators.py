@@ -83,7 +83,7 @@ def live(step: float, case: base.Case) -> base.Live:
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
-# for the plane: axis ranges, grid points per axis, spectral radii drawn as lines
+# for the chart of stability regions: axis ranges, grid points per axis, spectral radii drawn as lines
 _STEPS, _PLANE_RATIOS, _GRID, _LEVELS = (0.01, 4.0), (0.003, 3.0), 161, (0.5, 0.9, 0.99)
 
 
@@ -94,7 +94,7 @@ def swing_points(rate: float = 1000.0) -> list[tuple[float, float, str]]:
         if environment.moves and environment.moves.swing:
             mass, damping, stiffness = environment.moves.swing(environment.values())
             omega = (stiffness / mass) ** 0.5
-            # undamped objects are drawn at the edge of the plane
+            # undamped objects are drawn at the edge of the chart
             ratio = max(damping / (2.0 * mass * omega), _PLANE_RATIOS[0])
             found.append((omega / rate, ratio, environment.title))
     return found

@@ -60,8 +60,8 @@ def buzz(stiffness: float, case: base.Case) -> float:
     return math.nan if word == spring.GROWS else size
 
 
-# The simulated grid of the plane: values of b₀/(kT) and F_c/(kΔ), none of them on a boundary; a small and a
-# large push in counts.
+# For the chart of outcomes: simulated values of b₀/(kT) and of F_c/(kΔ), none of them on a boundary; a small
+# and a large push in counts.
 _BETAS = (0.2, 0.3, 0.4, 0.6, 0.9, 1.5, 2.5)
 _SIGMAS = (0.15, 0.25, 0.4, 0.6, 0.9, 1.5, 2.5)
 LARGE = 200.3

@@ -1,4 +1,4 @@
-"""The plane of virtual damping and stiffness: every limit of a loop, and the rendered impedance."""
+"""The chart of stiffness over damping, called plane: every limit of a loop, and the rendered impedance."""
 
 import math
 from dataclasses import dataclass, replace

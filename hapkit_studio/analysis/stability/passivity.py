@@ -129,7 +129,7 @@ def _fractional_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.
     """Return the smallest and largest passive stiffness if the delay has a fraction of a period.
 
     They are the roots of K² - 2 r K + q = 0. The condition is |b β - c|² <= (b α)². Both sides are reduced by
-    their value at rest, divided by |z - 1|²/4, and rearranged to avoid cancellation as w -> 0.
+    their value at w = 0, divided by |z - 1|²/4, and rearranged to avoid cancellation as w -> 0.
     """
     late = at.period - at.rest
     mixed = (1.0 / at.rest + at.z / late) * np.conj(at.slope) * at.z**at.whole
