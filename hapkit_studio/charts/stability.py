@@ -48,7 +48,7 @@ class Map:
 
     @property
     def boundaries(self) -> tuple[Points, ...]:
-        """Return every measured boundary, the newest last."""
+        """Return every measured boundary; the newest one is last."""
         return (*self.others, *([self.plane.points] if self.plane.points is not None else []))
 
     def lines(self) -> dict[str, tuple[str, str]]:

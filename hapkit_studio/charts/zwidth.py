@@ -55,7 +55,8 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
     """Draw stiffness over damping.
 
-    A point is hollow if the force reached the limit. A bar shows the band in which only some walls rest.
+    A point is hollow if the force reached the limit. A bar shows the range of stiffness in which only some
+    walls pass.
     """
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
