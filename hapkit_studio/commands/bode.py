@@ -80,7 +80,7 @@ def _device(options: argparse.Namespace) -> Device:
 
 
 def _settings(options: argparse.Namespace, device: Device) -> list[LoopSettings]:
-    """Return the settings for each rate, with a simulated device's handle; else raise ParameterError."""
+    """Return the settings for each rate, with the handle of a simulated device."""
     model = device.model or SimulatedHapkit()
     given = {
         "mass": model.mass, "viscous": model.viscous, "coulomb": model.coulomb_force,

@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raise ParameterError if a point or a width is outside the plane."""
+    """Raise ParameterError if a point or a width is outside the map of damping and stiffness."""
     damping = RENDERED_DAMPING.check(options.damping)
     if options.to is not None and WIDTH.check(options.to) <= damping:
         raise ParameterError(
@@ -65,7 +65,7 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
-    """Return the plane with the requested measurements."""
+    """Return the limits with the requested measurements."""
     loop = found.setting
     if options.measure:
         damping = np.linspace(0.0, found.width, COLUMNS)
