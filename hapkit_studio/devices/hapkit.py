@@ -245,11 +245,11 @@ class HapkitBoard(Device):
 
     # --- samples, outside the loop
     def start_stream(self, padded: int | None = None) -> None:
-        """Start samples of ``padded`` bytes each, by default ``padding``; raise PortGoneError."""
+        """Start samples of ``padded`` bytes each, by default ``padding``; raise PortGoneError on failure."""
         self.send_messages(Stream(1, self.padding if padded is None else padded))
 
     def stop_stream(self) -> None:
-        """Set the force to zero, and stop the samples and the motor; raise PortGoneError."""
+        """Set the force to zero, and stop the samples and the motor; raise PortGoneError on failure."""
         self.send_messages(Force(0, 0, 0.0), Stream(0, 0))
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
@@ -266,7 +266,7 @@ class HapkitBoard(Device):
                     raise no_data(self.port, silence)
 
     def send_messages(self, *messages: Message) -> None:
-        """Send messages without a reply; raise PortGoneError."""
+        """Send messages without a reply; raise PortGoneError if the port has disappeared."""
         with self._port_guard() as line:
             line.write(b"".join(map(encode, messages)))
 
