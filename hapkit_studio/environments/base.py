@@ -77,8 +77,8 @@ class Environment:
     shaded in plots. ``check`` returns one line on why values are incompatible, "" if they are compatible.
     ``warnings`` returns warnings about effects that cannot be rendered well under given conditions.
     ``unused`` maps parameters that have no effect at the current values to the reason. ``over_position`` and
-    ``over_velocity`` are theory curves, (n,) or one row per branch, NaN for gaps; by default they are the law
-    at rest. ``restless`` is the reason why the scene does not rest at its defaults, "" if it does. ``stored``
+    ``over_velocity`` are theory curves, (n,) or one row per branch, NaN for gaps; by default they follow from
+    the law. ``restless`` is the reason why the scene does not rest at its defaults, "" if it does. ``stored``
     is a law that returns the energy in J stored in objects. ``moves`` is the object whose position is
     plotted. ``drives`` describes how the scene generates energy. ``counts`` are states that count perceptible
     events. ``hands`` are the hands for judging the scene. ``needs`` are terms of the device whose absence is
