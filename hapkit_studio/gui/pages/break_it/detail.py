@@ -175,7 +175,7 @@ class Detail(QScrollArea):
 
     @property
     def shows_plane(self) -> bool:
-        """Return whether the plane is chosen and measured; if not, the curve is shown."""
+        """Return whether the plane of dimensionless numbers is shown; otherwise the curve is shown."""
         return (
             bool(self.which.index)
             and self._record.plane is not None
