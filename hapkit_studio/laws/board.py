@@ -157,17 +157,19 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
     slots = first + max(section.top for section in (*sections, main))
     if in_tables and slots > machine.MOST_SLOTS:
         raise LawError(
-            f"The tables of this law take {in_tables:,} bytes; "
-            f"the board has {machine.ARENA} for the whole law."
+            f"The tables of this law take {in_tables:,} bytes, but "
+            f"the board has only {machine.ARENA} bytes for the whole law. Use fewer numbers."
         )
     for count, most, what in (
-        (slots, machine.MOST_SLOTS, "values at a time"),
+        (slots, machine.MOST_SLOTS, "values in use at the same time"),
         (len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places"),
         (main.depth, machine.MOST_CALLS, "functions inside one another"),
         (main.counter, machine.MOST_COUNTERS, "loops inside one another"),
     ):
         if count > most:
-            raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
+            raise LawError(
+                f"This law has {count} {what}, but the board can hold only {most}. Simplify the law."
+            )
     code, lines = _Encoder(numbers, first).encoded([*sections, main])
     most = machine.longest_path(code)
     return Program(code, len(start), tuple(map(_single, given)), slots, most, lines, in_tables)
@@ -694,7 +696,8 @@ class _Encoder:
                     number = operand
                     if number > 0xFFFF:
                         raise LawError(
-                            "A loop of this law runs more than 65,535 times: too many for the board."
+                            "A loop of this law runs more than 65,535 times, the most on the board. Use "
+                            "fewer turns."
                         )
                 case _:
                     number = self.slot(section, operand)

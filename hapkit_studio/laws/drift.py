@@ -369,21 +369,21 @@ def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
     return tuple(sorted(dict.fromkeys(found), key=lambda r: r.line))
 
 
-_DRIFTS = "`s.{0}` drifts on the board and in a sketch: "
-_HOW_FAR = ". In single precision a sum of `dt` is off by 3 ms after 10 s, by seconds after 10 min"
+_DRIFTS = "`s.{0}` becomes inaccurate on the board and in a sketch, which compute with 7 digits: "
+_HOW_FAR = ". With 7 digits, a sum of `dt` is wrong by 3 ms after 10 s and by seconds after 10 min"
 _COUNT = (
     _DRIFTS
-    + "count calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
+    + "count the calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
     + _HOW_FAR
 )
-_PERIOD = _DRIFTS + "use a period of a whole number of calls, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
+_PERIOD = _DRIFTS + "let the count start again after each period, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
 _KEPT = (
-    "`s.{0}` is a time that becomes coarse on the board and in a sketch: store the count, `s.{0} = s.{1}`, "
+    "the time `s.{0}` becomes inaccurate on the board and in a sketch: store the count, `s.{0} = s.{1}`, "
     "and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
 )
 _ANGLE = (
-    "this angle grows with `s.{0}` and becomes coarse on the board and in a sketch: restart it after a whole "
-    "number of calls, `s.{0} = (s.{0} + 1) % calls`"
+    "this angle grows with `s.{0}` and becomes inaccurate on the board and in a sketch: let the count start "
+    "again after each period, `s.{0} = (s.{0} + 1) % calls`"
 )
 
 

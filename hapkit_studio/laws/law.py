@@ -42,7 +42,7 @@ class Law:
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
-            raise LawError(f"A law has at most {MAX_STATE} state values, not {len(self.state_names)}.")
+            raise LawError(f"A law can have at most {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
         """Set the parameters, once; raise LawError if the function is outside the law language.
@@ -51,7 +51,7 @@ class Law:
         have already checked them.
         """
         if len(parameters) > MAX_PARAMETERS:
-            raise LawError(f"A law has at most {MAX_PARAMETERS} parameters, not {len(parameters)}.")
+            raise LawError(f"A law can have at most {MAX_PARAMETERS} parameters, not {len(parameters)}.")
         if self._source and self.parameters == tuple(parameters):
             return
         self.parameters = tuple(parameters)

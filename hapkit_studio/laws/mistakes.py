@@ -29,7 +29,9 @@ class Mistake:
         return self.message.format(self.names[0]) if self.names else self.message
 
 
-NOT_CONSTANT = "a loop counts to a constant: `for i in range(10)`, or `range(N)` with `N = 10` above the law"
+NOT_CONSTANT = (
+    "a loop must count to a constant: `for i in range(10)`, or `range(N)` with `N = 10` above the law"
+)
 
 MISTAKES = (
     # functions of ordinary Python
@@ -42,7 +44,7 @@ MISTAKES = (
     Mistake("a = bool(x)", "`{}` is not in the law language: write `a != 0.0`", ("bool",)),
     Mistake(
         "print(x)",
-        "a law cannot print: store the value in the state, `s.seen = a`, which is plotted and recorded",
+        "a law cannot print: store the value in the state, `s.seen = a`, then you see it in a plot",
         ("print",),
     ),
     Mistake("a = sum(x, v)", "`{}` is not in the law language: write `a + b`, or a loop", ("sum",)),
@@ -123,11 +125,12 @@ MISTAKES = (
     ),
     Mistake(
         "a = half(p)",
-        "a helper has numbers as arguments: pass the values it needs from `p`, as in `half(p.stiffness)`",
+        "the arguments of a helper must be numbers: pass the values it needs from `p`, as in "
+        "`half(p.stiffness)`",
     ),
     Mistake(
         "a = half(s)",
-        "a helper has numbers as arguments: pass the values it needs from `s`, as in `half(s.last)`",
+        "the arguments of a helper must be numbers: pass the values it needs from `s`, as in `half(s.last)`",
     ),
     Mistake("while x > 0.0: a = 1.0", "`while` is not allowed in a law: use `for i in range(10)`"),
     Mistake(
@@ -136,7 +139,7 @@ MISTAKES = (
     ),
     Mistake(
         "for a in FORCES: pass",
-        "a loop counts: write `for i in range(len(FORCES))`, and `FORCES[i]` in it",
+        "a loop must count: write `for i in range(len(FORCES))`, and `FORCES[i]` in it",
     ),
     Mistake(
         "FORCES[0] = x",
@@ -145,7 +148,7 @@ MISTAKES = (
     Mistake("a = FORCES", "`FORCES` is a table: use one of its numbers, `FORCES[i]`"),
     Mistake(
         "a = FORCES[-1]",
-        "`FORCES` has 3 numbers: its index goes from 0 to 2; the last is `FORCES[len(FORCES) - 1]`",
+        "`FORCES` has 3 numbers: the index must be between 0 and 2; the last is `FORCES[len(FORCES) - 1]`",
     ),
     Mistake("for i in range(x): pass", NOT_CONSTANT),
 )

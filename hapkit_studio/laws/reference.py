@@ -53,16 +53,16 @@ ENVIRONMENT = Environment(
 '''
 GIVEN = (
     ("`x`", "position of the handle in m, positive to the right", "depth = x - 0.005"),
-    ("`v`", "its velocity in m/s", "push = -p.damping * v"),
-    ("`dt`", "time from one call to the next in s", "step = v * dt"),
+    ("`v`", "velocity of the handle in m/s", "push = -p.damping * v"),
+    ("`dt`", "time in s from one call of the law to the next", "step = v * dt"),
     ("`p.name`", "a parameter, set by its slider", "push = -p.stiffness * x"),
     (
         "`p.name`",
-        "a choice, compared with the names of its options",
+        "a choice, which is compared with the name of an option",
         'side = 1.0 if p.side == "right" else -1.0',
     ),
-    ("`s.name`", "the state: memory from call to call", "s.calls += 1"),
-    ("`s.name[i]`", "one value of a state that has several", "s.ring[i] = x"),
+    ("`s.name`", "a value of the state, which the law remembers until its next call", "s.calls += 1"),
+    ("`s.name[i]`", "one value of a state with several values", "s.ring[i] = x"),
     ("`NAME`", "a number at the top of the file", "push = GAIN * x"),
     ("`NAME[i]`", "a number of a table at the top of the file", "push = FORCES[i]"),
 )
@@ -73,12 +73,12 @@ STATEMENTS = (
     ("branch", "if x > 0.0: push = 1.0"),
     ("choose a value", "push = 1.0 if x > 0.0 else 2.0"),
     ("combine tests: `and`, `or`, `not`", "inside = x > 0.0 and not v > 1.0"),
-    ("compare in a row", "inside = 0.0 < x < 0.005"),
+    ("compare with two limits", "inside = 0.0 < x < 0.005"),
     ("loop over a constant range", "for k in range(TURNS): push += 0.1"),
     ("leave a loop", "for k in range(len(FORCES) - 1): break"),
     ("continue with the next iteration", "for k in range(3): continue"),
-    ("call a helper of the same file", "push = half(x)"),
-    ("unpack its results", "push, rate = both(x)"),
+    ("call a helper: a function above the law", "push = half(x)"),
+    ("use several results of a helper", "push, rate = both(x)"),
     ("do nothing", "pass"),
     ("end the law with its force in N", "return -p.stiffness * x"),
 )
@@ -135,17 +135,20 @@ def force(p, s, x, v, dt):
 """
 DIFFERENCES = (
     ("all numbers are floating-point numbers; `True` is 1.0", "push = 7 // 2 + (x > 0.0)"),
-    ("an index goes from 0 to below the size, and its fraction is cut off", "push = FORCES[1.7]"),
-    ("a division by zero is a fault with its line", "push = 1.0 / (abs(x) + 0.001)"),
+    ("an index must be between 0 and the size minus 1; its fraction is cut off", "push = FORCES[1.7]"),
+    (
+        "a division by zero is a fault: the force is 0, and the message names the line",
+        "push = 1.0 / (abs(x) + 0.001)",
+    ),
     (
         "other functions raise no error: `math.sqrt(-1.0)` is no number, and a fault if it reaches the force",
         "push = math.sqrt(max(0.0, x))",
     ),
-    ("a name must be set on every path to where it is read", "push = x if x > 0.0 else 0.0"),
-    ("names are forgotten after each call; the state stays", "s.last = x"),
-    ("arguments are given in order, without their names", "push = half(x)"),
-    ("text is only compared with a choice", 'push = 1.0 if p.side == "left" else 0.0'),
-    ("board and sketch compute with 7 digits, the loop with 16", "push = p.stiffness * x"),
+    ("a name must have a value on every path before it is used", "push = x if x > 0.0 else 0.0"),
+    ("names are forgotten after each call, but the state is kept", "s.last = x"),
+    ("arguments must be given in order, without names", "push = half(x)"),
+    ("text can only be compared with a choice", 'push = 1.0 if p.side == "left" else 0.0'),
+    ("the board and a sketch compute with 7 digits, the computer with 16", "push = p.stiffness * x"),
 )
 
 
@@ -263,16 +266,16 @@ def page() -> str:
 def _limits() -> list[tuple[str, str]]:
     return [
         ("parameters", f"{MAX_PARAMETERS}"),
-        ("values of state", f"{MAX_STATE}"),
+        ("values in the state", f"{MAX_STATE}"),
         ("numbers in a table", f"{subset.MOST_IN_TABLE}, each up to {subset.LARGEST_IN_TABLE:g}"),
-        ("iterations of all loops plus calls of helpers, each time the law is called", f"{FUEL:,}"),
+        ("turns of all loops plus calls of helpers, in one call of the law", f"{FUEL:,}"),
         ("`min` and `max`", f"{subset.BUILTINS['min'].most} numbers"),
         ("on the board: values, tables and code", f"{machine.ARENA} bytes"),
-        ("on the board: iterations of one loop", f"{0xFFFF:,}"),
+        ("on the board: turns of one loop", f"{0xFFFF:,}"),
         ("on the board: loops inside one another", f"{machine.MOST_COUNTERS}"),
         (
-            "on the board: cycles of one call, at 4,000 and at 1,000 Hz",
-            f"{_cycles(4000):,} and {_cycles(1000):,}; {machine.ESTIMATE} fewer if it reads `v`",
+            "on the board: processor cycles in one call, at 4,000 and at 1,000 Hz",
+            f"{_cycles(4000):,} and {_cycles(1000):,}; {machine.ESTIMATE} fewer if the law uses `v`",
         ),
     ]
 

@@ -28,37 +28,45 @@ MATH = {
     "sin": Function(1, 1, "sine of an angle in rad", "bump = math.sin(2 * math.pi * x / 0.004)"),
     "cos": Function(1, 1, "cosine of an angle in rad", "slope = math.cos(2 * math.pi * x / 0.004)"),
     "tan": Function(1, 1, "tangent of an angle in rad", "side = x * math.tan(0.3)"),
-    "asin": Function(1, 1, "arc sine in rad, of -1 to 1", "angle = math.asin(min(1.0, abs(x) / 0.05))"),
-    "acos": Function(1, 1, "arc cosine in rad, of -1 to 1", "angle = math.acos(min(1.0, abs(x) / 0.05))"),
+    "asin": Function(
+        1, 1, "arc sine in rad, for a between -1 and 1", "angle = math.asin(min(1.0, abs(x) / 0.05))"
+    ),
+    "acos": Function(
+        1, 1, "arc cosine in rad, for a between -1 and 1", "angle = math.acos(min(1.0, abs(x) / 0.05))"
+    ),
     "atan": Function(1, 1, "arc tangent in rad", "angle = math.atan(x / 0.05)"),
     "exp": Function(1, 1, "e to a power", "share = math.exp(-abs(x) / 0.01)"),
     "expm1": Function(1, 1, "exp(a) - 1, exact for small a", "push = math.expm1(abs(x) / 0.01)"),
     "log": Function(1, 1, "natural logarithm", "push = math.log(1.0 + abs(x) / 0.01)"),
     "log1p": Function(1, 1, "log(1 + a), exact for small a", "push = math.log1p(abs(x) / 0.01)"),
     "log10": Function(1, 1, "logarithm to base 10", "level = math.log10(1e-6 + abs(v))"),
-    "floor": Function(1, 1, "largest whole number up to a", "notch = math.floor(x / 0.004)"),
-    "ceil": Function(1, 1, "smallest whole number from a on", "notch = math.ceil(x / 0.004)"),
-    "trunc": Function(1, 1, "whole number towards zero", "notch = math.trunc(x / 0.004)"),
-    "fabs": Function(1, 1, "absolute value, as `abs`", "speed = math.fabs(v)"),
+    "floor": Function(1, 1, "a rounded down to a whole number", "notch = math.floor(x / 0.004)"),
+    "ceil": Function(1, 1, "a rounded up to a whole number", "notch = math.ceil(x / 0.004)"),
+    "trunc": Function(1, 1, "a without its fraction, as a whole number", "notch = math.trunc(x / 0.004)"),
+    "fabs": Function(1, 1, "absolute value of a, as `abs`", "speed = math.fabs(v)"),
     "sinh": Function(1, 1, "hyperbolic sine", "push = math.sinh(x / 0.02)"),
     "cosh": Function(1, 1, "hyperbolic cosine", "push = math.cosh(x / 0.02)"),
-    "tanh": Function(1, 1, "hyperbolic tangent, -1 to 1", "drag = -0.4 * math.tanh(v / 0.01)"),
-    "radians": Function(1, 1, "degrees as rad", "angle = math.radians(30)"),
-    "degrees": Function(1, 1, "rad as degrees", "turned = math.degrees(x / 0.07)"),
+    "tanh": Function(1, 1, "hyperbolic tangent, between -1 and 1", "drag = -0.4 * math.tanh(v / 0.01)"),
+    "radians": Function(1, 1, "an angle in degrees, converted to rad", "angle = math.radians(30)"),
+    "degrees": Function(1, 1, "an angle in rad, converted to degrees", "turned = math.degrees(x / 0.07)"),
     "atan2": Function(2, 2, "angle of (b, a) in rad, for `atan2(a, b)`", "angle = math.atan2(x, 0.05)"),
     "hypot": Function(2, 2, "square root of a² + b²", "distance = math.hypot(x, 0.01)"),
-    "copysign": Function(2, 2, "size of a with the sign of b", "drag = -math.copysign(0.4, v)"),
+    "copysign": Function(2, 2, "absolute value of a with the sign of b", "drag = -math.copysign(0.4, v)"),
     "pow": Function(2, 2, "a to the power b, as `a ** b`", "push = math.pow(abs(x) / 0.01, 1.5)"),
-    "fmod": Function(2, 2, "remainder with the sign of a; `%` has that of b", "rest = math.fmod(x, 0.004)"),
+    "fmod": Function(
+        2, 2, "remainder with the sign of a, while `%` has the sign of b", "rest = math.fmod(x, 0.004)"
+    ),
 }
 """Functions of the module `math`."""
 BUILTINS = {
     "abs": Function(1, 1, "absolute value", "depth = abs(x) - 0.01"),
     "min": Function(2, 8, "smallest of 2 to 8 numbers", "push = min(3.0, p.stiffness * abs(x))"),
     "max": Function(2, 8, "largest of 2 to 8 numbers", "depth = max(0.0, x - 0.005)"),
-    "int": Function(1, 1, "whole number towards zero", "notch = int(x / 0.004)"),
-    "float": Function(1, 1, "the number itself; a comparison as 1.0 or 0.0", "inside = float(x > 0.005)"),
-    "len": Function(1, 1, "numbers in a table, or in a state of several values", "last = len(FORCES) - 1"),
+    "int": Function(1, 1, "a without its fraction, as a whole number", "notch = int(x / 0.004)"),
+    "float": Function(1, 1, "the number itself; 1.0 or 0.0 for a comparison", "inside = float(x > 0.005)"),
+    "len": Function(
+        1, 1, "how many numbers a table has, or a state with several values", "last = len(FORCES) - 1"
+    ),
 }
 MATH_CONSTANTS = {"pi": "3.14159…", "tau": "2 π", "e": "2.71828…", "inf": "infinity"}
 MOST_TURNS = 2**31
@@ -70,9 +78,9 @@ OPERATORS: Mapping[type[ast.operator], tuple[str, str]] = {
     ast.Add: ("+", "sum"),
     ast.Sub: ("-", "difference"),
     ast.Mult: ("*", "product"),
-    ast.Div: ("/", "quotient; a divisor of 0 is a fault"),
-    ast.FloorDiv: ("//", "quotient rounded down; a divisor of 0 is a fault"),
-    ast.Mod: ("%", "remainder with the sign of the divisor; a divisor of 0 is a fault"),
+    ast.Div: ("/", "quotient; a division by 0 is a fault"),
+    ast.FloorDiv: ("//", "quotient rounded down; a division by 0 is a fault"),
+    ast.Mod: ("%", "remainder with the sign of the divisor; a division by 0 is a fault"),
     ast.Pow: ("**", "power"),
 }
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
@@ -82,7 +90,7 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
 # messages by node type; all other types are named as in Python's grammar
 _INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
-    ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
+    ast.Try: "`try` is not allowed in a law, because a law cannot raise an error",
     (ast.Import, ast.ImportFrom): "write `import` at the top of the file, not in a law",
     ast.Lambda: ("`lambda` is not allowed in a law: write a function above it, `def f(a):` and `return …`"),
     ast.FunctionDef: "a function inside a law is not allowed: write it outside the law",
@@ -91,7 +99,7 @@ _INSTEAD: dict[Any, str] = {
     ),
     (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
-    ast.Tuple: "several values at once are allowed only in `a, b = ...` and in a helper's `return a, b`",
+    ast.Tuple: "write several values at once only in `a, b = ...` and in `return a, b` of a helper",
     (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
     ast.JoinedStr: "text is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
@@ -114,9 +122,11 @@ def fail(node: ast.AST, message: str) -> LawError:
 def check_loop(node: ast.For, numbers: Sequence[int]) -> None:
     """Raise LawError unless a loop has one counter over ``range`` of these numbers."""
     if any(abs(n) > MOST_TURNS for n in numbers) or (len(numbers) == 3 and numbers[2] == 0):
-        raise fail(node, "a loop's range goes up to 2147483648, in steps other than 0")
+        raise fail(
+            node, "the numbers of a loop's range must be at most 2147483648, and its step must not be 0"
+        )
     if not isinstance(node.target, ast.Name):
-        raise fail(node, "a loop counts with one name: `for i in range(10)`")
+        raise fail(node, "a loop must count with one name: `for i in range(10)`")
     if node.orelse:
         raise fail(node, "`else` after a loop is not allowed in a law")
 
@@ -127,16 +137,16 @@ def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
     names = [a.arg for a in found.args]
     more = found.posonlyargs or found.kwonlyargs or found.vararg or found.kwarg
     if is_law and (more or found.defaults or tuple(names) != ARGUMENTS):
-        raise fail(tree, "a law takes exactly (p, s, x, v, dt), without default values")
+        raise fail(tree, "the arguments of a law must be (p, s, x, v, dt), without default values")
     if more or any(n.startswith("_") for n in names):
-        raise fail(tree, "the arguments of a law's function are plain names, without `*`")
+        raise fail(tree, "the arguments of a law's function must be plain names, without `*`")
 
 
 def check_count(node: ast.Call, name: str, fewest: int, most: int) -> None:
     """Raise LawError unless a call has a valid number of arguments."""
     if not fewest <= len(node.args) <= most:
         wanted = f"{fewest}" if fewest == most else f"{fewest} to {most}"
-        raise fail(node, f"`{name}` takes {wanted} argument{'s' * (most != 1)}, not {len(node.args)}")
+        raise fail(node, f"`{name}` must have {wanted} argument{'s' * (most != 1)}, not {len(node.args)}")
 
 
 def check_operator(node: ast.BinOp | ast.AugAssign) -> None:

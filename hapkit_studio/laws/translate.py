@@ -78,15 +78,17 @@ def _text(function: FunctionType) -> str:
 def function_tree(function: Callable) -> ast.FunctionDef:
     """Return a function's syntax tree with the line numbers of its file."""
     if not isinstance(function, FunctionType):
-        raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
+        raise LawError(f"A law must be a function (p, s, x, v, dt), not {function!r}.")
     try:
         node = parse(_text(function)).body[0]
     except (OSError, SyntaxError):
         raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
     if not isinstance(node, ast.FunctionDef):
-        raise fail(node, "a law is a function")
+        raise fail(node, "a law must be a function")
     for name in function.__code__.co_freevars:
-        raise fail(node, f"'{name}' belongs to the function around the law: write it at the file's top level")
+        raise fail(
+            node, f"'{name}' is inside another function: write it at the top of the file, without indentation"
+        )
     return node
 
 
@@ -96,7 +98,10 @@ def values_returned(tree: ast.FunctionDef) -> int:
     sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
     for node, size in zip(found, sizes, strict=True):
         if size != sizes[0]:
-            raise fail(node, f"`{tree.name}` returns {sizes[0]} values before and {size} here")
+            raise fail(
+                node,
+                f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: return equally many",
+            )
     return sizes[0] if sizes else 1
 
 
@@ -131,11 +136,13 @@ class Names:
             return None
         assert isinstance(node, ast.Name)
         if not 1 <= len(found) <= subset.MOST_IN_TABLE:
-            raise fail(node, f"`{node.id}` has {len(found)} numbers: a table has 1 to {subset.MOST_IN_TABLE}")
+            raise fail(
+                node, f"`{node.id}` has {len(found)} numbers: a table must have 1 to {subset.MOST_IN_TABLE}"
+            )
         for i, number in enumerate(found):
             usable = isinstance(number, int | float) and abs(number) <= subset.LARGEST_IN_TABLE
             if not usable:  # a NaN is also not usable
-                wanted = f"a table has numbers up to {subset.LARGEST_IN_TABLE:g}"
+                wanted = f"the numbers of a table must be at most {subset.LARGEST_IN_TABLE:g}"
                 raise fail(node, f"`{node.id}[{i}]` is {number!r:.40}: {wanted}")
         return tuple(map(float, found))
 
@@ -164,7 +171,7 @@ FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil"
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
 # CPython multiplies by the same factors
 _FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
-_TABLE_IS = "a table is a tuple of numbers, as `(0.0, 1.0)` or `tuple(…)`"
+_TABLE_IS = "a table must be a tuple of numbers, like `(0.0, 1.0)` or `tuple(…)`"
 # functions with undefined or infinite values for some arguments
 RISKY = frozenset(
     ("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "log10", "sinh", "cosh", "pow")
@@ -228,7 +235,10 @@ class Rewriter(ast.NodeTransformer):
         if not isinstance(node.value, ast.Tuple):
             value = self.call_of(node.value, size)
         elif len(node.value.elts) != size:
-            raise fail(node, f"there are {size} names here, but {len(node.value.elts)} values")
+            raise fail(
+                node,
+                f"there are {size} names here, but {len(node.value.elts)} values: write equally many",
+            )
         else:
             value = ast.Tuple([self.visit(v) for v in node.value.elts], ast.Load())
         names = ast.Tuple([self._target(t) for t in target.elts], ast.Store())
@@ -270,7 +280,7 @@ class Rewriter(ast.NodeTransformer):
         """Return the arguments of a loop's ``range``; raise LawError unless all are integer constants."""
         if self._is_table(node):
             name = node.id  # type: ignore[attr-defined]
-            raise fail(node, f"a loop counts: write `for i in range(len({name}))`, and `{name}[i]` in it")
+            raise fail(node, f"a loop must count: write `for i in range(len({name}))`, and `{name}[i]` in it")
         match node:
             case ast.Call(ast.Name("range"), [_] | [_, _] | [_, _, _] as args, []):
                 numbers = [n for n in map(self._integer_constant, args) if n is not None]
@@ -300,7 +310,7 @@ class Rewriter(ast.NodeTransformer):
 
     def visit_Return(self, node: ast.Return) -> ast.stmt:
         if node.value is None:
-            raise fail(node, "a law returns a force: `return 0.0`")
+            raise fail(node, "a law must return a force: `return 0.0`")
         if not self.is_law and isinstance(node.value, ast.Tuple):
             several: list[ast.expr] = [_call("_float", [self.visit(v)]) for v in node.value.elts]
             return ast.Return(ast.Tuple(several, ast.Load()))
@@ -370,7 +380,9 @@ class Rewriter(ast.NodeTransformer):
         if self.names.choice(node) is choice:
             return self._parameter(node)
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
-            raise fail(node, f"{choice.label} can only be compared with a name: {', '.join(choice.options)}")
+            raise fail(
+                node, f"compare {choice.label} with the name of an option: {', '.join(choice.options)}"
+            )
         if node.value not in choice.options:
             raise fail(node, f"{choice.label} must be one of {', '.join(choice.options)}, not {node.value!r}")
         return ast.Constant(float(choice.options.index(node.value)))
@@ -379,7 +391,7 @@ class Rewriter(ast.NodeTransformer):
         if isinstance(node.value, bool):
             return node
         if isinstance(node.value, str):
-            raise fail(node, f"{node.value!r} can only be compared with a choice of the parameters")
+            raise fail(node, f"the text {node.value!r} can only be compared with a choice parameter")
         return ast.Constant(self._number(node, node.value))
 
     def _number(self, node: ast.expr, value: object) -> float:
@@ -393,13 +405,13 @@ class Rewriter(ast.NodeTransformer):
     def visit_Name(self, node: ast.Name) -> ast.expr:
         if node.id in self.known:
             if node.id in ("p", "s") and self.is_law:
-                raise fail(node, f"`{node.id}` is used with a name: `{node.id}.name`")
+                raise fail(node, f"write a name after `{node.id}`: `{node.id}.name`")
             return node
         constant = self.names.globals.get(node.id)
         if self._is_table(node):
             raise fail(node, f"`{node.id}` is a table: use one of its numbers, `{node.id}[i]`")
         if node.id in self.local:
-            raise fail(node, f"'{node.id}' is not defined on every path to here: set it before")
+            raise fail(node, f"'{node.id}' does not have a value on every path to this line: set it before")
         if not isinstance(constant, int | float):
             raise fail(node, self._undefined(node.id))
         return ast.Constant(self._number(node, constant))
@@ -425,7 +437,7 @@ class Rewriter(ast.NodeTransformer):
         name, size, index = node.value.id, len(numbers), self._integer_constant(node.slice)
         if index is not None and not 0 <= index < size:
             last = f"; the last is `{name}[len({name}) - 1]`" if index == -1 else ""
-            raise fail(node, f"`{name}` has {size} numbers: its index goes from 0 to {size - 1}{last}")
+            raise fail(node, f"`{name}` has {size} numbers: the index must be between 0 and {size - 1}{last}")
         table = ast.Name(self.helpers.table(name, numbers), ast.Load())
         return ast.Subscript(table, self._index(node, size), ast.Load())
 
@@ -444,7 +456,7 @@ class Rewriter(ast.NodeTransformer):
         match what:
             case ast.Attribute(value=ast.Name("s")) if self.is_law and self.names.state(what)[1]:
                 return self.names.state(what)[1]
-        raise fail(node, "`len` takes a table, or a state of several values")
+        raise fail(node, "the argument of `len` must be a table, or a state with several values")
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         owner = node.value.id if isinstance(node.value, ast.Name) else ""
@@ -454,7 +466,7 @@ class Rewriter(ast.NodeTransformer):
             choice = self.names.choice(node)
             if choice:
                 raise fail(
-                    node, f"{choice.label} can only be compared with a name: {', '.join(choice.options)}"
+                    node, f"compare {choice.label} with the name of an option: {', '.join(choice.options)}"
                 )
             return self._parameter(node)
         return self.visit_Subscript(node)
@@ -465,7 +477,9 @@ class Rewriter(ast.NodeTransformer):
 
     def _is_math(self, node: ast.expr) -> bool:
         if "math" in self.local or self.names.globals.get("math") is not math:
-            raise fail(node, "`math` is not the module: write `import math` at the top of the file")
+            raise fail(
+                node, "`math` is not the module of Python here: write `import math` at the top of the file"
+            )
         return True
 
     def visit_Subscript(self, node: ast.Subscript | ast.Attribute) -> ast.expr:
@@ -482,14 +496,14 @@ class Rewriter(ast.NodeTransformer):
             owner = node.value.id
             if owner in ("p", "s") and owner not in self.local:
                 one = f"{owner}.{node.attr}"
-                return f"`{owner}` is known only in the law: pass the helper `{one}` as an argument"
+                return f"`{owner}` can be used only in the law: pass `{one}` to the helper as an argument"
             if hint := instead_of(f"math.{node.attr}" if owner == "math" else owner):
                 return hint
         match node:
             case ast.Subscript(value=ast.Name(id=name)) if name not in self.local:
                 return self._undefined(name)
-        known = "`p.name`, `s.name`, tables" if self.is_law else "its own arguments, tables"
-        return f"only {known} and `math` are known here"
+        known = "`p.name`, `s.name`, tables" if self.is_law else "the arguments of this function, tables"
+        return f"only {known} and `math` can be used here"
 
     def _state(self, node: ast.expr) -> ast.expr | None:
         """Return the index expression of ``s.name`` or ``s.name[i]``; a variable index is checked."""
@@ -501,7 +515,7 @@ class Rewriter(ast.NodeTransformer):
         start, size = self.names.state(inner)
         if not isinstance(node, ast.Subscript):
             if size:
-                raise fail(node, "this state has several values: use it with an index")
+                raise fail(node, "this state has several values: choose one with an index, `[i]`")
             return ast.Constant(start)
         if not size:
             raise fail(node, "this state has one value: use it without an index")
@@ -509,7 +523,7 @@ class Rewriter(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         if node.keywords:
-            raise fail(node, "arguments are given in order in a law, without names")
+            raise fail(node, "arguments in a law must be given in order, without names")
         func = node.func
         if isinstance(func, ast.Name) and self._helper(func.id):
             return self.call_of(node, 1)
@@ -556,16 +570,16 @@ class Rewriter(ast.NodeTransformer):
         call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
         found = self._helper(node.func.id) if call else None  # type: ignore[attr-defined]
         if found is None:
-            raise fail(node, f"there are {size} names here, but one value")
+            raise fail(node, f"there are {size} names here, but one value: write equally many")
         assert isinstance(node, ast.Call)
         name = found.__name__
         given = values_returned(function_tree(found))
         if given != size:
             values = f"{given} value{'s' * (given != 1)}"
             names = ", ".join("abcdefghijklmnop"[:given])
-            raise fail(node, f"`{name}` returns {values}; unpack them with `{names} = {name}(…)`")
+            raise fail(node, f"`{name}` returns {values}: store them with `{names} = {name}(…)`")
         if node.keywords:
-            raise fail(node, "arguments are given in order in a law, without names")
+            raise fail(node, "arguments in a law must be given in order, without names")
         most, defaults = found.__code__.co_argcount, found.__defaults__ or ()
         for one in node.args:
             self._check_given(one, name)
@@ -587,9 +601,12 @@ class Rewriter(ast.NodeTransformer):
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
             words = f"pass the values it needs from `{node.id}`, as in `{name}({node.id}.{one})`"
-            raise fail(node, f"a helper has numbers as arguments: {words}")
+            raise fail(node, f"the arguments of a helper must be numbers: {words}")
         if self._is_table(node):
-            raise fail(node, f"a helper has numbers as arguments: use `{node.id}[i]` in it, by that name")
+            raise fail(
+                node,
+                f"the arguments of a helper must be numbers: use the table `{node.id}[i]` in the helper",
+            )
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         raise subset.refuse(node)
@@ -659,7 +676,9 @@ def rewritten(
     compiling = (jit.compiled, jit.internal, jit.inlined)  # these decorators affect only the compilation
     for one in [] if is_law else tree.decorator_list:
         if not (isinstance(one, ast.Name) and names.globals.get(one.id) in compiling):
-            raise fail(tree, f"`{tree.name}` is called by a law: it cannot have a decorator")
+            raise fail(
+                tree, f"`{tree.name}` is called by a law, so it must not have a decorator (`@` above it)"
+            )
     body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
@@ -702,7 +721,7 @@ def checked(
             if one in callers:
                 raise fail(
                     function_tree(one),
-                    f"`{one.__name__}` calls itself; this is not allowed in a law's functions",
+                    f"`{one.__name__}` calls itself: this is not allowed in a law",
                 )
             if helpers[one] not in trees:
                 made, inner = rewritten(one, Names((), {}, one.__globals__), helpers, False)

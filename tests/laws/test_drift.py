@@ -91,7 +91,7 @@ def test_drifting_states_are_reported_at_their_line(tmp_path, body, words):
     (found,), text = remarks(tmp_path, body)
     lines = (HEAD + text).splitlines()
     assert lines[found.line - 1].startswith(f"    {words}")
-    assert "on the board and in a sketch: " in found.text
+    assert "on the board and in a sketch" in found.text
     assert str(found) == f"Line {found.line}: {found.text}."
 
 

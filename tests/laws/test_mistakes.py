@@ -55,8 +55,8 @@ VARIANTS = [
     ("a = stiffness * x", "'stiffness' is not defined: write `p.stiffness`"),
     ("a = last", "'last' is not defined: write `s.last`"),
     ("s.count += 1", 'Add it above the law: `@law(state={"count": 0.0})`'),
-    ("a = half(x, p)", "a helper has numbers as arguments"),
-    ("a = half(FORCES)", "use `FORCES[i]` in it, by that name"),
+    ("a = half(x, p)", "the arguments of a helper must be numbers"),
+    ("a = half(FORCES)", "use the table `FORCES[i]` in the helper"),
 ]
 
 

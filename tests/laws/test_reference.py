@@ -68,7 +68,7 @@ def test_every_function_constant_operator_and_mistake_is_on_the_page(page):
     cells = page.replace("\\|", "|")
     for mistake in MISTAKES:
         assert f"| `{mistake.wrong}` | {mistake.example} |" in cells
-    assert f"| values of state | {MAX_STATE} |" in page
+    assert f"| values in the state | {MAX_STATE} |" in page
 
 
 @pytest.mark.parametrize("line", LINES)

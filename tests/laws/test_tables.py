@@ -149,14 +149,18 @@ def test_an_index_outside_is_a_fault_everywhere(outside, machine, n, tmp_path, m
 
 
 REFUSED = [
-    ("TABLE = ()", "TABLE[0]", "has 0 numbers: a table has 1 to 256"),
-    ("TABLE = (0.0,) * 257", "TABLE[0]", "has 257 numbers: a table has 1 to 256"),
-    ("TABLE = (0.0, 'soft')", "TABLE[0]", "`TABLE[1]` is 'soft': a table has numbers up to 3e+38"),
-    ("TABLE = (0.0, (1.0, 2.0))", "TABLE[0]", "`TABLE[1]` is (1.0, 2.0): a table has numbers"),
-    ("TABLE = (0.0, math.nan)", "TABLE[0]", "`TABLE[1]` is nan: a table has numbers"),
-    ("TABLE = (0.0, 1e39)", "TABLE[0]", "`TABLE[1]` is 1e+39: a table has numbers"),
-    (TABLE, "TABLE[3]", "`TABLE` has 3 numbers: its index goes from 0 to 2"),
-    (TABLE, "TABLE[-len(TABLE)]", "its index goes from 0 to 2"),
+    ("TABLE = ()", "TABLE[0]", "has 0 numbers: a table must have 1 to 256"),
+    ("TABLE = (0.0,) * 257", "TABLE[0]", "has 257 numbers: a table must have 1 to 256"),
+    (
+        "TABLE = (0.0, 'soft')",
+        "TABLE[0]",
+        "`TABLE[1]` is 'soft': the numbers of a table must be at most 3e+38",
+    ),
+    ("TABLE = (0.0, (1.0, 2.0))", "TABLE[0]", "`TABLE[1]` is (1.0, 2.0): the numbers of a table"),
+    ("TABLE = (0.0, math.nan)", "TABLE[0]", "`TABLE[1]` is nan: the numbers of a table"),
+    ("TABLE = (0.0, 1e39)", "TABLE[0]", "`TABLE[1]` is 1e+39: the numbers of a table"),
+    (TABLE, "TABLE[3]", "`TABLE` has 3 numbers: the index must be between 0 and 2"),
+    (TABLE, "TABLE[-len(TABLE)]", "the index must be between 0 and 2"),
     (TABLE, "TABLE[0:2]", "is not allowed"),
     (TABLE, "TABLE", "`TABLE` is a table: use one of its numbers, `TABLE[i]`"),
     (TABLE, "max(TABLE)", "`TABLE` is a table"),
@@ -164,15 +168,15 @@ REFUSED = [
     (
         "from array import array\nTABLE = array('d', [1.0])",
         "TABLE[0]",
-        "`TABLE` is a `array`: a table is a tuple",
+        "`TABLE` is a `array`: a table must be a tuple",
     ),
-    ("TABLE = {0: 1.0}", "TABLE[0]", "`TABLE` is a `dict`: a table is a tuple of numbers"),
-    ("TABLE = 'soft'", "TABLE", "`TABLE` is a `str`: a table is a tuple of numbers"),
-    ("TABLE = 2.0", "TABLE[0]", "`TABLE` is a `float`: a table is a tuple of numbers"),
+    ("TABLE = {0: 1.0}", "TABLE[0]", "`TABLE` is a `dict`: a table must be a tuple of numbers"),
+    ("TABLE = 'soft'", "TABLE", "`TABLE` is a `str`: a table must be a tuple of numbers"),
+    ("TABLE = 2.0", "TABLE[0]", "`TABLE` is a `float`: a table must be a tuple of numbers"),
     ("", "TABLE[0]", "'TABLE' is not defined"),
-    (TABLE, "len(x)", "`len` takes a table, or a state of several values"),
-    (TABLE, "len(TABLE, TABLE)", "`len` takes 1 argument, not 2"),
-    (TABLE + "def half(a):\n    return a\n", "half(TABLE)", "use `TABLE[i]` in it, by that name"),
+    (TABLE, "len(x)", "the argument of `len` must be a table, or a state with several values"),
+    (TABLE, "len(TABLE, TABLE)", "`len` must have 1 argument, not 2"),
+    (TABLE + "def half(a):\n    return a\n", "half(TABLE)", "use the table `TABLE[i]` in the helper"),
 ]
 
 
@@ -219,7 +223,8 @@ def test_a_table_too_large_for_the_board_is_refused_with_its_bytes(tmp_path):
     words = f"Student needs {size} bytes of memory, but the board has 768."
     assert found[171] == f"{words} The tables of the law take 684 bytes."
     assert found[256].endswith(
-        "The tables of this law take 1,024 bytes; the board has 768 for the whole law."
+        "The tables of this law take 1,024 bytes, but the board has only 768 bytes for the whole law. "
+        "Use fewer numbers."
     )
 
 
