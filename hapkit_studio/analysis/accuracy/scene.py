@@ -455,7 +455,7 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
 
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
-    """Compute every option of a scene with its error, which is not split yet."""
+    """Compute every option of a scene with its error; ``split`` then splits the errors into parts."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
     every = list(product(question.places, question.methods()))
     for done, (place, options) in enumerate(every):

@@ -74,7 +74,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class Plane:
-    """The contents of a chart of the plane, in SI units.
+    """The contents of a plane, in SI units.
 
     ``exact``, ``simple`` and ``friction`` (the limit for settling after a nudge) are (n,) over damping (n,).
     ``again`` (2, n) is the next stable interval above the limit, NaN if there is none. ``edge_damping`` and

@@ -110,8 +110,8 @@ _SHARE = 0.7
 # the boundary must cross the upper edge within this fraction of the width
 _LEAVES = 0.6
 _LOOKS = 31
-# Height of the axes as a multiple of the limit at the dot; multiple up to which the axes are extended to show
-# a peak of the boundary.
+# Height of the axes as a multiple of the limit at the rendered damping; multiple up to which the axes are
+# extended to show a peak of the boundary.
 _OVER, _WHOLE = 1.5, 2.2
 
 

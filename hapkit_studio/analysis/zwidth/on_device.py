@@ -31,7 +31,7 @@ from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
-# s: period of the slowest oscillation; a hand's tremor (8 to 12 Hz) is slower
+# s: longest period of an oscillation that counts; a hand's tremor (8 to 12 Hz) is slower
 _SLOW_SECONDS = 0.05
 _WINDOW_SECONDS = 0.25
 _MOST_WINDOWS = 16
