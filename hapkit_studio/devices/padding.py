@@ -80,7 +80,7 @@ def _read(board: HapkitBoard) -> bytes:
 
 
 def effective_delay(samples: Iterable[Sample], period: float) -> float | None:
-    """Return the delay in s of the force in effect, for a period in s; None if no force arrived."""
+    """Return the delay in s of the force in effect, for samples ``period`` s apart; None without a force."""
     found, before = delays.new_delays(), None
     for sample in samples:
         follows = before is not None and (sample.seq - before) & 0xFFFF == 1
