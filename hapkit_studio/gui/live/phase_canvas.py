@@ -1,4 +1,4 @@
-"""The plot of force over position or velocity: the theory as a band, the last 10 s, a dot for the newest."""
+"""The plot of force over position or velocity: theory as a band, the last 10 s, and the newest sample."""
 
 import math
 from collections.abc import Callable
