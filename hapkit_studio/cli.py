@@ -1,4 +1,4 @@
-"""The command line: the window, runs without a window, lists, and a test of the loop."""
+"""The entry point of the command line: it opens the window or runs a command."""
 
 import atexit
 import gc
