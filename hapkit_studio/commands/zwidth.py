@@ -77,8 +77,10 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         loop = base.of_options(options, ("rate", "delay", "estimator"))
         engine.set_loop(**loop, controller=options.controller)
         engine.set_loop(model="everything")
-        say = partial(print, file=sys.stderr, flush=True)
-        return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), instruct=say)
+        instruct = partial(print, file=sys.stderr, flush=True)
+        return on_device.measure(
+            engine, levels, limits, progress=base.progress_line("trial"), instruct=instruct
+        )
 
 
 def _device(options: argparse.Namespace) -> Device:

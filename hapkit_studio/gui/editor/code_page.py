@@ -65,9 +65,11 @@ class MessageLine(QWidget):
         self.busy.setAccessibleName("Working")
         self.buttons: list[QPushButton] = []
         self._row = hbox(self.sign, self.busy, (self.words, 1), into=self, margins=(12, 4, 8, 4))
-        self.say("")
+        self.show_text("")
 
-    def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
+    def show_text(
+        self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False
+    ) -> None:
         """Show a message in a tone ("", ok, warn, danger) with buttons, or a progress bar if ``busy``."""
         self.tone = tone
         self.words.setText(words)
@@ -154,9 +156,9 @@ class CodePage(QWidget):
     def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
         """Show each line's cycles beside it, and a message about the whole law; None removes the cycles."""
         self.code.count(by_line)
-        self.say_cycles(words)
+        self.show_cycle_text(words)
 
-    def say_cycles(self, words: str) -> None:
+    def show_cycle_text(self, words: str) -> None:
         """Replace the message about the whole law; the cycles beside the lines do not change."""
         self.cycles.setText(words)
         self.cycles.setVisible(bool(words))
@@ -180,10 +182,10 @@ class CodePage(QWidget):
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one undo step returns to the file's text
             words = "Unsaved changes from last time were restored. Ctrl+Z returns to the saved file."
-            self.message.say(words, "warn")
+            self.message.show_text(words, "warn")
         else:
             delete_draft(path)
-            self.message.say("")
+            self.message.show_text("")
         # go to the first line inside the law, because users change it most often
         heads = (n for n, line in enumerate(self.text.splitlines(), 1) if line.startswith("def force("))
         self.code.go_to(next(heads, 0) + 1)
@@ -228,6 +230,6 @@ class CodePage(QWidget):
             self._draft.stop()
             delete_draft(self.path)
         if modified and self.message.tone in ("", "ok"):
-            self.message.say("Your changes are not running yet. Ctrl+S saves and runs them.")
+            self.message.show_text("Your changes are not running yet. Ctrl+S saves and runs them.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()

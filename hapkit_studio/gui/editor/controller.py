@@ -91,7 +91,7 @@ class EditorController(QObject):
             path = folder.new_path(title)
             source = self._write(path, folder.fill_template(template, title, path.stem))
         except OSError as error:
-            self.editor.chooser.message.say(write_error(error), "danger")
+            self.editor.chooser.message.show_text(write_error(error), "danger")
             return
         self.own.run(source)
         self._open(source)
@@ -120,7 +120,7 @@ class EditorController(QObject):
         try:
             source = self._write(self.path, self.page.text)
         except OSError as error:
-            self.message.say(write_error(error), "danger")
+            self.message.show_text(write_error(error), "danger")
             return
         self.page.note_saved()
         self.own.run(source)
@@ -163,7 +163,7 @@ class EditorController(QObject):
             else:
                 path = self._write(folder.new_path(path.stem), source.text).path
         except OSError as error:
-            self.message.say(write_error(error), "danger")
+            self.message.show_text(write_error(error), "danger")
             return
         self.own.choose(path)
         self.edit(path)
@@ -205,14 +205,14 @@ class EditorController(QObject):
 
     def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
         name = self.path.name if self.path else ""
-        self.message.say(
+        self.message.show_text(
             f"The changes in {name} are not saved.", "warn", (*buttons, ("Continue editing", self._go_on))
         )
         self.message.buttons[0].setFocus()
 
     def _go_on(self) -> None:
         self._asked_to_quit = False
-        self.message.say("")
+        self.message.show_text("")
         self.page.code.setFocus()
 
     def _save_and(self, then: Callable[[], object]) -> None:
@@ -251,7 +251,7 @@ class EditorController(QObject):
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:
-            self.message.say("Checking the law line by line…", busy=True)
+            self.message.show_text("Checking the law line by line…", busy=True)
 
     def _show_verdict(self, path: Path, verdict: TrialResult) -> None:
         if not verdict.ok and path != self.path:
@@ -260,7 +260,7 @@ class EditorController(QObject):
             return
         problems, remarks = ([(p.line, p.text) for p in s] for s in (verdict.problems, verdict.remarks))
         self.page.code.mark(problems, remarks)
-        self.message.say(*outcome(verdict, self.page.unsaved))
+        self.message.show_text(*outcome(verdict, self.page.unsaved))
         if verdict.problems and verdict.problems[0].line:
             self.page.code.scroll_to(verdict.problems[0].line)
 
@@ -339,7 +339,7 @@ class FileWatcher(QObject):
             return
         if text != controller.page.text:
             controller.page.open(controller.path, text)
-            controller.message.say(
+            controller.message.show_text(
                 "Another program has changed this file. Read the new text, then press Ctrl+S to run it.",
                 "warn",
             )
@@ -370,4 +370,4 @@ class FileWatcher(QObject):
         # in unsaved text the line numbers may differ from those of the running law
         if not controller.page.unsaved:
             controller.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
-        controller.message.say(fault.text, "danger")
+        controller.message.show_text(fault.text, "danger")

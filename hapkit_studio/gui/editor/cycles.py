@@ -115,6 +115,6 @@ class Cycles(QObject):
         if found.question.text == self._page.text:
             self._page.show_cycles(found.by_line, found.text)
         else:
-            self._page.say_cycles(
+            self._page.show_cycle_text(
                 f"These numbers are for the law that runs, before your changes. {found.text}"
             )

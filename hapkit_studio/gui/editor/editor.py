@@ -60,7 +60,7 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.message.say(
+        self.message.show_text(
             "This creates a Python file of your own. You can edit the law while you feel its force."
         )
         self.title.setFocus()
@@ -76,7 +76,7 @@ class Chooser(QWidget):
         if title:
             self.made.emit(self._templates[self.group.checkedId()], title)
         else:
-            self.message.say("Enter a title for the environment first.", "warn")
+            self.message.show_text("Enter a title for the environment first.", "warn")
             self.title.setFocus()
 
     def _arrange(self) -> None:

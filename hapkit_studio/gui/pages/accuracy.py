@@ -135,12 +135,12 @@ class MethodsPart(Part):
         self.bar.export.setEnabled(sheet is not None)
         self.chart.setVisible(sheet is not None)
         if sheet is None:
-            self.answer.say(plan.question)
+            self.answer.show_text(plan.question)
             self.table.show_rows((), ())
             self.measure_first()
             return
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
-        self.answer.say(texts.sentence(sheet, board), "check", "ok")
+        self.answer.show_text(texts.sentence(sheet, board), "check", "ok")
         self.table.show_rows(charts.winner_columns(sheet, board), sheet.scene.tolerances)
         tolerance = texts.tolerance_text(sheet.scene.tolerance, sheet.scene)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
@@ -249,7 +249,7 @@ class ScenePart(Part):
         self.table.show_rows(charts.option_columns(result), rows)
         self.better = result.recommended(where)
         on = self.better is not None and self.better is result.in_force(where)
-        self.answer.say(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
+        self.answer.show_text(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
         q = result.question
         refused = result.refused.get(q.options_text(q.options), "")
         others = [result.sentence(place.name) for place in q.places if place.name != where]
@@ -279,7 +279,7 @@ class ScenePart(Part):
         try:
             put(self._studio, {("value", key, name): value for name, value in one.options})
         except ParameterError as error:
-            self.bar.say(str(error), danger=True)
+            self.bar.show_text(str(error), danger=True)
 
     def _choose(self, one: Option | None) -> None:
         self._chosen, said = one, ""
@@ -340,7 +340,7 @@ class NeedsPart(Part):
             self.side.add(hint(_threshold_line(*row)))
         self._reading = Job(self, needs="")
         self._reading.finished.connect(self.use_own)
-        self._reading.failed.connect(lambda why: self.bar.say(why, danger=True))
+        self._reading.failed.connect(lambda why: self.bar.show_text(why, danger=True))
         self.bar.add(self.choose_own)
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
@@ -394,7 +394,7 @@ class NeedsPart(Part):
             terms = ", ".join(TERMS[term].word for term in found.needs)
             title = discover()[key].title
             who = "most people" if self.own is None else "you"
-            self.answer.say(f"{title} needs {terms}; {who} would not miss the rest.", "check", "ok")
+            self.answer.show_text(f"{title} needs {terms}; {who} would not miss the rest.", "check", "ok")
 
     def _list(self) -> None:
         rows = [(one.title, self._results.get(key)) for key, one in discover().items()]

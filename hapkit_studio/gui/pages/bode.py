@@ -99,7 +99,7 @@ class BodePage(MeasuringPage):
             return board.measure(found, progress=progress) if on_board else found
 
         self._fresh.begin()
-        self.answer.say("Moving the handle…", "hand", "accent")
+        self.answer.show_text("Moving the handle…", "hand", "accent")
         self.job.start(work)
 
     def show_result(self, found: "Bode") -> None:
@@ -129,9 +129,9 @@ class BodePage(MeasuringPage):
                 ]
         self.conditions.show_pairs(pairs)
         if outdated:
-            self.answer.say(outdated)
+            self.answer.show_text(outdated)
         else:
-            self.answer.say(found.curves[-1].sentence, "info", "ink2")
+            self.answer.show_text(found.curves[-1].sentence, "info", "ink2")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.charts.bode import bode_figure

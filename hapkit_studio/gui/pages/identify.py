@@ -154,7 +154,7 @@ class IdentifyPage(MeasuringPage):
         self.shaking.clicked.connect(self._press_shake)
         self.opening.clicked.connect(self.opener.ask)
         self.opener.opened.connect(self._identify_file)
-        self.opener.failed.connect(partial(self.bar.say, danger=True))
+        self.opener.failed.connect(partial(self.bar.show_text, danger=True))
         self.released.toggled.connect(lambda _on: self._file and self._identify_file(*self._file))
         self.shake.timeout.connect(self._shake)
         studio.stop_changed.connect(self.let_go)
@@ -209,7 +209,7 @@ class IdentifyPage(MeasuringPage):
         pairs = conditions(found.setup, found.handle.released)
         self.conditions.show_pairs([self._source, *pairs] if self._file else pairs)
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
-        self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
+        self.bar.show_text(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
     def show_part(self) -> None:
         """Show the chosen part with its chart, numbers and text."""
@@ -219,7 +219,7 @@ class IdentifyPage(MeasuringPage):
         self.how.setHidden(found)
         example = self._example if self.found is None else None
         self.chart.setVisible(found or example is not None)
-        self._say(part)
+        self._show_answer(part)
         if example is not None:
             self._draw(example, pale=True)
 
@@ -234,24 +234,24 @@ class IdentifyPage(MeasuringPage):
         part = getattr(found, PARTS[self.parts.index])
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, found.end), pale)
 
-    def _say(self, part: "Part | None") -> None:
+    def _show_answer(self, part: "Part | None") -> None:
         from hapkit_studio.analysis.identify import texts
 
         if part is None or self.found is None:
-            self.answer.say(self.begin)
+            self.answer.show_text(self.begin)
             self.point.setText("")
             return
         self.point.setText("\n\n".join([*self.found.notes(part), self.found.force_known]))
         outdated = self._fresh.outdated
         self._draw(self.found, pale=bool(outdated))
         if outdated:
-            self.answer.say(outdated)
+            self.answer.show_text(outdated)
             return
         determined = bool(part.estimates) and part.estimates[0].determined and not self.found.surprises(part)
         sign = ("triangle", "warn") if not determined else ("info", "ink2")
         if determined and texts.confirms(part.estimates[0]):
             sign = ("check", "ok")
-        self.answer.say(self.found.sentences(part)[0], *sign)
+        self.answer.show_text(self.found.sentences(part)[0], *sign)
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.charts.identify import identify_figure
@@ -285,7 +285,7 @@ class IdentifyPage(MeasuringPage):
         if self.shake.isActive():
             self.shake.stop()
             self._studio.move_hand(None)
-            self.bar.say("Let go")
+            self.bar.show_text("Let go")
             self._refresh()
 
     def _press_shake(self) -> None:
@@ -295,7 +295,7 @@ class IdentifyPage(MeasuringPage):
         seconds = PIECES[self.pieces.index][0]
         self._began, self._seconds = time.perf_counter(), min(seconds, PIECES[-2][0])
         self.shake.start()
-        self.bar.say("Shaking…")
+        self.bar.show_text("Shaking…")
         self._refresh()
 
     def _shake(self) -> None:
@@ -314,7 +314,7 @@ class IdentifyPage(MeasuringPage):
         hardware = self._studio.engine is not None and not self._studio.models_handle
         unknown = self._file is not None and not np.isfinite(self._file[0].hand_force).all()
         self.released.setVisible(unknown if self._file else hardware)
-        self._say(self.part)
+        self._show_answer(self.part)
 
 
 VIEW = View("identify", "Identify", 60, IdentifyPage)

@@ -67,9 +67,11 @@ class RunBar(QWidget):
         self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10)
         vbox(self._row, self._below, self.progress, rule(), into=self)
         job.running_changed.connect(self._refresh)
-        job.preparing.connect(lambda: self.say("Preparing. This happens only once and takes up to a minute"))
+        job.preparing.connect(
+            lambda: self.show_text("Preparing. This happens only once and takes up to a minute")
+        )
         job.progressed.connect(self._follow)
-        job.failed.connect(lambda text: self.say(text, danger=True))
+        job.failed.connect(lambda text: self.show_text(text, danger=True))
         job.finished.connect(self._finish)
         self._refresh()
 
@@ -86,7 +88,7 @@ class RunBar(QWidget):
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._left.insertWidget(0, widget)
 
-    def say(self, text: str, danger: bool = False) -> None:
+    def show_text(self, text: str, danger: bool = False) -> None:
         """Show a status beside the button, or on its own line if it is long."""
         self.status.setText(text)
         mark(self.status, "role", "error" if danger else "hint")
@@ -108,13 +110,13 @@ class RunBar(QWidget):
     def _press(self) -> None:
         if self._job.running:
             self._job.cancel()
-            self.say("Cancelled")
+            self.show_text("Cancelled")
         else:
             self.run_pressed.emit()
 
     def _finish(self) -> None:
         self.export.setEnabled(True)
-        self.say("")
+        self.show_text("")
         self.set_measured(True)
 
     def _follow(self, done: int, of: int) -> None:
@@ -122,7 +124,7 @@ class RunBar(QWidget):
             return
         self.progress.setRange(0, of)
         self.progress.setValue(done)
-        self.say(f"{100 * done // max(of, 1)} %")
+        self.show_text(f"{100 * done // max(of, 1)} %")
 
     def _refresh(self) -> None:
         running = self._job.running
@@ -220,8 +222,8 @@ class MeasuringPage(Page):
         if self.heading:
             self.job.finished.connect(lambda _result: self.side.lay_out())
         self._saving = Job(self, needs="", must_finish=True)
-        self._saving.finished.connect(lambda path: self.bar.say(f"Saved {Path(path).name}"))
-        self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))
+        self._saving.finished.connect(lambda path: self.bar.show_text(f"Saved {Path(path).name}"))
+        self._saving.failed.connect(lambda text: self.bar.show_text(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:
         """Lay out the widgets; ``body`` replaces the drawing below the answer."""
@@ -288,7 +290,7 @@ class MeasuringPage(Page):
         try:
             self.run()
         except StudioError as error:
-            self.bar.say(str(error), danger=True)
+            self.bar.show_text(str(error), danger=True)
 
     def export(self) -> None:
         """Ask for a file name in a non-modal dialog, then save a picture or the numbers."""

@@ -121,11 +121,11 @@ class ColumnsDialog(FormDialog):
         self.units["velocity"].setEnabled("velocity" in chosen)
         self.take.setEnabled(not (missing or twice))
         if missing:
-            self.verdict.say(f"Choose the column of the {' and the '.join(missing)}.")
+            self.verdict.show_text(f"Choose the column of the {' and the '.join(missing)}.")
         elif twice:
-            self.verdict.say("One column is chosen twice.", "triangle", "warn")
+            self.verdict.show_text("One column is chosen twice.", "triangle", "warn")
         else:
-            self.verdict.say("Check the units, then open it.")
+            self.verdict.show_text("Check the units, then open it.")
 
     def _hand_over(self) -> None:
         self.close()

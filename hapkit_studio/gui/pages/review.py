@@ -145,7 +145,7 @@ class ReviewDialog(TextDialog):
             return
         self._path = path
         missing = "" if mine.complete else " Some rows have no points yet."
-        self.answer.say(f"Saved {path.name}.{missing}", "check", "ok")
+        self.answer.show_text(f"Saved {path.name}.{missing}", "check", "ok")
         self._show_all()
 
     # all reviews
@@ -191,17 +191,17 @@ class ReviewDialog(TextDialog):
             self._warn(str(error))
             return
         self.answer_text.clear()
-        self.answer.say("The reply is in the review's file: send it to the reviewer.", "check", "ok")
+        self.answer.show_text("The reply is in the review's file: send it to the reviewer.", "check", "ok")
         self._show_all()
 
     def _warn(self, why: str) -> None:
-        self.answer.say(why, "triangle", "warn")
+        self.answer.show_text(why, "triangle", "warn")
 
     # report and replay
 
     def _write_report(self) -> None:
         handed, lesson, found = self._handed, self._lesson, self._reviews
-        self.answer.say("Writing the report…")
+        self.answer.show_text("Writing the report…")
 
         def write(_progress: object) -> Path:
             from hapkit_studio.lessons.report import report  # imported late, because it imports matplotlib
@@ -214,7 +214,7 @@ class ReviewDialog(TextDialog):
 
     def _open(self, path: Path) -> None:
         shown = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
-        self.answer.say("The report is open in the browser." if shown else f"The report is {path}.")
+        self.answer.show_text("The report is open in the browser." if shown else f"The report is {path}.")
 
     def _show_time(self) -> None:
         """While this file is being replayed, offer the replay's current time as the time of a comment."""

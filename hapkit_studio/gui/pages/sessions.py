@@ -133,10 +133,10 @@ class SessionsPage(Page):
         ]
         self._opening.finished.connect(self._show_review)
         self._reading.finished.connect(self._take)
-        self._saving.finished.connect(self.say)
+        self._saving.finished.connect(self.show_text)
         self._changing.finished.connect(self._show_changed)
         for job in self._jobs:
-            job.failed.connect(partial(self.say, danger=True))
+            job.failed.connect(partial(self.show_text, danger=True))
         self.search.textChanged.connect(lambda _text: self._list())
         self.table.chosen.connect(self.show_session)
         self.table.activated.connect(lambda index: self._replay(self.table.content.rows[index.row()]))
@@ -183,9 +183,9 @@ class SessionsPage(Page):
         try:
             choose_folder(Path(path))
         except SessionError as error:
-            self.say(str(error), danger=True)
+            self.show_text(str(error), danger=True)
             return
-        self.say(f"New sessions go into {folder()}.")
+        self.show_text(f"New sessions go into {folder()}.")
         self.load()
 
     def open_other(self, path: str) -> None:
@@ -228,7 +228,7 @@ class SessionsPage(Page):
 
         def save(output: str) -> None:
             decimal = "," if dialog.selectedNameFilter() == COMMA else "."
-            self.say(f"Exporting {path.stem}…")
+            self.show_text(f"Exporting {path.stem}…")
             self._saving.start(lambda _progress: export(path, output, decimal))
 
         dialog = choose_file(self, "Export", TABLES, save, save_as=f"{path.stem}.csv")
@@ -279,7 +279,7 @@ class SessionsPage(Page):
                 return found.path, f"Noted in {found.name}"
 
             if text:
-                self.say(f"Adding a note to {found.name}…")
+                self.show_text(f"Adding a note to {found.name}…")
                 self._changing.start(work)
 
         WordsDialog("Note", f"About {found.name}", _LONGEST, add, self.window()).show()
@@ -306,7 +306,7 @@ class SessionsPage(Page):
         found = self.chosen
 
         def save(output: str) -> None:
-            self.say(f"Copying {found.name}…")
+            self.show_text(f"Copying {found.name}…")
             self._changing.start(lambda _progress: (Path(output), save_copy(found.path, Path(output))))
 
         choose_file(self, "Save a copy", _SESSIONS, save, save_as=f"{found.name} (copy){SUFFIX}")
@@ -314,7 +314,7 @@ class SessionsPage(Page):
     def _show_changed(self, changed: tuple[Path, str]) -> None:
         """Choose a session that was changed, renamed or written, and report the change."""
         path, words = changed
-        self.say(words)
+        self.show_text(words)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
         if path.parent == folder():
             self._wanted = path
@@ -323,7 +323,7 @@ class SessionsPage(Page):
         else:
             self.open_other(str(path))
 
-    def say(self, text: str, danger: bool = False) -> None:
+    def show_text(self, text: str, danger: bool = False) -> None:
         """Show a status or an error."""
         self.status.setText(text)
         self.status.show()
@@ -417,7 +417,7 @@ class SessionsPage(Page):
         """Open the folder of the chosen session, or the default folder."""
         place = self.chosen.path.parent if self.chosen is not None else folder()
         if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(place))):
-            self.say(f"The sessions are in {place}.")
+            self.show_text(f"The sessions are in {place}.")
 
 
 def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:

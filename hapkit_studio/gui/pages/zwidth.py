@@ -118,8 +118,10 @@ class ZWidthPage(MeasuringPage):
             from hapkit_studio.analysis.zwidth import on_device
             from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 
-            limits, arrived, say = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
-            return on_device.measure(engine, limits=limits, progress=progress, arrived=arrived, instruct=say)
+            limits, arrived, instruct = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
+            return on_device.measure(
+                engine, limits=limits, progress=progress, arrived=arrived, instruct=instruct
+            )
 
         return work
 
@@ -129,7 +131,7 @@ class ZWidthPage(MeasuringPage):
         self.force.setEnabled(False)
         self.where.setEnabled(False)
         self._show(self.walls, pale=bool(self.walls.points))
-        self.answer.say(words, "hand", "accent")
+        self.answer.show_text(words, "hand", "accent")
 
     def show_point(self, damping: float, point: Point) -> None:
         """Add a new point; the first point of a measurement replaces the previous points."""
@@ -142,7 +144,7 @@ class ZWidthPage(MeasuringPage):
         """Show an instruction to the user."""
         self._asked = True
         if self.job.running:
-            self.answer.say(words, "hand", "accent")
+            self.answer.show_text(words, "hand", "accent")
 
     def show_trial(self) -> None:
         """Show the wall that is being tried; also describe it in words, unless an instruction is shown."""
@@ -153,7 +155,7 @@ class ZWidthPage(MeasuringPage):
         if self.walls.tried != (damping, stiffness):
             self._show(replace(self.walls, tried=(damping, stiffness)), self.chart.pale)
         if not self._asked:
-            self.answer.say(f"Trying {stiffness:,.0f} N/m at b = {damping:g} N·s/m", "hand", "accent")
+            self.answer.show_text(f"Trying {stiffness:,.0f} N/m at b = {damping:g} N·s/m", "hand", "accent")
 
     # methods that show results
 
@@ -170,16 +172,16 @@ class ZWidthPage(MeasuringPage):
         self._list(result)
         if result is None:
             self._show(Walls())
-            self.answer.say(self.begin)
+            self.answer.show_text(self.begin)
             return
         self._show(Walls.of(result), bool(outdated))
         if outdated:
-            self.answer.say(outdated)
+            self.answer.show_text(outdated)
         elif not (result.stiffness > 0.0).any():
-            self.answer.say(result.sentence, "triangle", "danger")
+            self.answer.show_text(result.sentence, "triangle", "danger")
         else:  # reaching the motor's limit is neither a success nor a failure
             sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
-            self.answer.say(result.sentence, *sign)
+            self.answer.show_text(result.sentence, *sign)
 
     def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls
@@ -217,7 +219,7 @@ class ZWidthPage(MeasuringPage):
         """Cancel a measurement on a device because device, loop, scene or view have changed."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
-            self.bar.say(f"Ended: {why}.", danger=True)
+            self.bar.show_text(f"Ended: {why}.", danger=True)
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
@@ -244,8 +246,8 @@ class ZWidthPage(MeasuringPage):
             self._give_up("the view was left")
 
     def _failed(self, words: str) -> None:
-        self.answer.say(words, "triangle", "danger")
-        self.bar.say("")
+        self.answer.show_text(words, "triangle", "danger")
+        self.bar.show_text("")
 
     def _join(self) -> None:
         self.job.failed.connect(self._failed)

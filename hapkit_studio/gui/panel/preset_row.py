@@ -160,17 +160,19 @@ class SavePresetDialog(FormDialog):
         try:
             name = presets.checked_name(self.name.text())
         except ParameterError as error:
-            self.verdict.say(str(error))
+            self.verdict.show_text(str(error))
             self.save.setEnabled(False)
             return
         self.save.setEnabled(True)
-        self.verdict.say("Saving replaces the preset that has this name." if name in self._known else "")
+        self.verdict.show_text(
+            "Saving replaces the preset that has this name." if name in self._known else ""
+        )
 
     def _save(self) -> None:
         try:
             self._presets.save(presets.checked_name(self.name.text()), self.with_loop.isChecked())
         except (OSError, ParameterError) as error:
-            self.verdict.say(f"The preset was not saved: {error}", "triangle", "danger")
+            self.verdict.show_text(f"The preset was not saved: {error}", "triangle", "danger")
         else:
             self.close()
 
@@ -209,7 +211,7 @@ class CompareDialog(FormDialog):
                 words = str(error)
         self.table.show_differences(found)
         self.use.setEnabled(bool(found))
-        self.verdict.say(words)
+        self.verdict.show_text(words)
         self.verdict.setVisible(bool(words))
 
 

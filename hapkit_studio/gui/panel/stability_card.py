@@ -242,7 +242,7 @@ class StabilityCard(QWidget):
         self._judged = None
         self.show_map(self._room)
         self.words.setText(words)
-        self.verdict.say((headline, "circle", "ink2"))
+        self.verdict.show_text((headline, "circle", "ink2"))
         self.judged.emit(headline, "", "ink2")
         self._studio.note_ranges({})
 
@@ -254,7 +254,7 @@ class StabilityCard(QWidget):
             self.map.show_answer(answer)
             self.caption.setText(caption(answer))
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
-        self.verdict.say(*verdict.signed)
+        self.verdict.show_text(*verdict.signed)
         self.judged.emit(verdict.short, *verdict.sign)
         self._studio.note_ranges(answer.unstable_ranges)
 

@@ -147,7 +147,7 @@ class TwoSettingsDialog(FormDialog):
         words = "" if two.comparable else "For a blind comparison, A and B must have the same loop and grip."
         if not two.differences:
             words = f"The next press of X does this: {two.next_text}."
-        self.verdict.say(words)
+        self.verdict.show_text(words)
         self.verdict.setVisible(bool(words))
 
     def _begin(self) -> None:

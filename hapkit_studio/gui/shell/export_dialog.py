@@ -58,7 +58,7 @@ class ExportDialog(FormDialog):
         words, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
         words = " ".join(["The sketch is not saved yet.", *filter(None, [words]), *remarks])
-        self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
+        self.verdict.show_text(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
         """Return a text with limit and verdict, and whether the handle comes to rest."""
@@ -86,17 +86,17 @@ class ExportDialog(FormDialog):
         try:
             path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:
-            self.verdict.say(str(error), "triangle", "danger")
+            self.verdict.show_text(str(error), "triangle", "danger")
             return
         except OSError as error:
             words = f"{Path(wanted).name} cannot be written: {error.strerror}."
-            self.verdict.say(words, "triangle", "danger")
+            self.verdict.show_text(words, "triangle", "danger")
             return
         where = path.parent.parent
         saved = f"Saved {path.parent.name}/{path.name} in {where}."
         words = f"{saved} Open the sketch in the Arduino IDE and upload it."
         limit, safe = self._limit()
-        self.verdict.say(words if safe else f"{words} {limit}", *_SAVED[safe])
+        self.verdict.show_text(words if safe else f"{words} {limit}", *_SAVED[safe])
 
     def ask(self) -> None:
         """Ask for the file in a non-modal dialog."""

@@ -81,7 +81,7 @@ class LockDialog(FormDialog):
         elif self._open and self.code.text() != self.again.text():
             words = "The two codes differ: enter the same code twice."
         self.confirm.setEnabled(not words)
-        self.verdict.say(words)
+        self.verdict.show_text(words)
 
     def _lock(self) -> None:
         self._put(Lock.closed(self.ticked, self.code.text()))
@@ -90,7 +90,7 @@ class LockDialog(FormDialog):
         if self._studio.permissions.lock.opens(self.code.text()):
             self._put(Lock())
         else:
-            self.verdict.say(
+            self.verdict.show_text(
                 "The code is wrong. Enter the code that was used to lock the settings.", "triangle", "warn"
             )
 

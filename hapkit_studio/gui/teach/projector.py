@@ -133,7 +133,7 @@ class ValueCard(QWidget):
 
     def show_verdict(self, words: str, icon: str, token: str) -> None:
         """Show the verdict on stability with its icon and token."""
-        self.verdict.say(words, icon, token)
+        self.verdict.show_text(words, icon, token)
         mark(self.verdict.words, "ink", token)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -96,7 +96,7 @@ class QuizSide(SidePanel):
         self._arrange()
         self.job.running_changed.connect(self._offer)
         self.job.finished.connect(self._render)
-        self.job.failed.connect(lambda why: self.answer.say(why, "triangle", "warn"))
+        self.job.failed.connect(lambda why: self.answer.show_text(why, "triangle", "warn"))
         self.show_true.clicked.connect(self.compare)
         self.box.lineEdit().returnPressed.connect(self.compare)
         self.more.clicked.connect(self.ask)
@@ -109,7 +109,7 @@ class QuizSide(SidePanel):
 
     def ask(self) -> None:
         """Draw another value for which the verdict is calm."""
-        self.answer.say("Looking for a stable value…")
+        self.answer.show_text("Looking for a stable value…")
         drawn = draw(self._parameter, self._source)
         self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
 
@@ -120,23 +120,23 @@ class QuizSide(SidePanel):
         if true is None:
             return
         if guess <= 0.0 or not self.quantity.inside(guess):
-            self.answer.say(self.quantity.limits() if guess else "Enter your estimate first.")
+            self.answer.show_text(self.quantity.limits() if guess else "Enter your estimate first.")
             return
         error, words = comparison(self.quantity, guess, true * self.quantity.factor)
         self.errors.append(abs(error))
         self.count.setText(f"Estimates: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
-        self.answer.say(words)
+        self.answer.show_text(words)
         self._true = None
         self._offer()
 
     def _render(self, value: float | None) -> None:
         if value is None:
-            self.answer.say(_NONE, "triangle", "warn")
+            self.answer.show_text(_NONE, "triangle", "warn")
             return
         self._true = value
         self._studio.hide_values({**self._asked.values, self._parameter.key: value}, QUIZ)
         self.box.show_value(0.0)
-        self.answer.say(f"Estimate the hidden {self._parameter.label.lower()}.")
+        self.answer.show_text(f"Estimate the hidden {self._parameter.label.lower()}.")
         self._offer()
 
     def _offer(self) -> None:

@@ -72,7 +72,7 @@ class ThresholdDialog(FormDialog):
         self.add_buttons(self.start)
         self.start.setDefault(True)
         self.start.setEnabled(self.parameter.count() > 0)
-        self.verdict.say("" if self.parameter.count() else _NONE)
+        self.verdict.show_text("" if self.parameter.count() else _NONE)
         self.verdict.setVisible(not self.parameter.count())
         self.start.clicked.connect(self._start)
 

@@ -146,9 +146,9 @@ class AnswerLine(QWidget):
         super().__init__()
         self.sign, self.words = Sign(), label(role="headline")
         hbox(self.sign, (self.words, 1), into=self, margins=margins)
-        self.say(text)
+        self.show_text(text)
 
-    def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
+    def show_text(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
         """Show a text with a sign; the default sign is neutral."""
         self.words.setText(text)
         self.sign.show_sign(sign, token)
@@ -167,13 +167,13 @@ class AnswerLines(QWidget):
         """Return the texts, separated by line breaks."""
         return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
 
-    def say(self, *answers: tuple[str, str, str]) -> None:
+    def show_text(self, *answers: tuple[str, str, str]) -> None:
         """Show answers, each with its sign and token."""
         while len(self.lines) < len(answers):
             self.lines.append(AnswerLine())
             self._column.addWidget(self.lines[-1])
         for line, (text, sign, token) in zip(self.lines, answers, strict=False):
-            line.say(text, sign, token)
+            line.show_text(text, sign, token)
             mark(line.words, "ink", token if token in ("danger", "warn") else "ink")
         for at, line in enumerate(self.lines):
             line.setVisible(at < len(answers))

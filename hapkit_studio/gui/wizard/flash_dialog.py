@@ -73,7 +73,7 @@ class FlashDialog(FormDialog):
 
             return flash.flash(port, program=program, progress=follow, patience=PATIENCE)
 
-        self.verdict.say(_WORDS[0])
+        self.verdict.show_text(_WORDS[0])
         self.job.start(work)
 
     def use(self, program: str) -> None:
@@ -89,11 +89,11 @@ class FlashDialog(FormDialog):
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
             words = str(error).replace("give its path with --avrdude", "choose it here")
-            self.verdict.say(words, "triangle", "warn")
+            self.verdict.show_text(words, "triangle", "warn")
             found = ""
         able, there = bool(found), self.ports.count() > 0
         if able:
-            self.verdict.say(
+            self.verdict.show_text(
                 "Ready to flash the firmware."
                 if there
                 else "No serial port was found. Plug in the board, then press Search ports again."
@@ -101,7 +101,7 @@ class FlashDialog(FormDialog):
             try:
                 flash.image_of()
             except ParameterError as error:
-                self.verdict.say(str(error), "triangle", "danger")
+                self.verdict.show_text(str(error), "triangle", "danger")
                 able = False
         self.where.setText(found or "This program was not found")
         self.write.setEnabled(able and there)
@@ -109,7 +109,7 @@ class FlashDialog(FormDialog):
         self.bar.setVisible(self.job.running or self._flashed is not None)
 
     def _follow(self, done: int, of: int) -> None:
-        self.verdict.say(_WORDS[min(done // _WHOLE, len(_WORDS) - 1)])
+        self.verdict.show_text(_WORDS[min(done // _WHOLE, len(_WORDS) - 1)])
         self.bar.setValue(max(done - _WHOLE, 0))
 
     def _written(self, result: Flashed) -> None:
@@ -118,7 +118,9 @@ class FlashDialog(FormDialog):
         self.write.setText("Flash firmware")
         self._show_busy(False)
         port = self.ports.currentData()
-        self.verdict.say(f"{result.size:,} bytes of firmware were written and verified. Starting the board…")
+        self.verdict.show_text(
+            f"{result.size:,} bytes of firmware were written and verified. Starting the board…"
+        )
         entry = next((e for e in self._studio.device.entries() if e.key == port), None)
         self._studio.device.open(
             entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
@@ -132,7 +134,7 @@ class FlashDialog(FormDialog):
         flashed = self._flashed
         wrote = f"{flashed.size:,} bytes of firmware were written and verified in {flashed.seconds:.0f} s."
         if link.state != "running":
-            self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
+            self.verdict.show_text(f"{wrote} {link.text}", "triangle", "warn")
         elif engine is None:
             return  # this method is called again when there is an engine
         else:
@@ -140,12 +142,12 @@ class FlashDialog(FormDialog):
             words = (
                 f"The board answers with firmware {found['firmware']}, protocol version {found['protocol']}."
             )
-            self.verdict.say(f"{wrote} {words}", "check", "ok")
+            self.verdict.show_text(f"{wrote} {words}", "check", "ok")
         self._flashed = None
         self._show_busy(False)
 
     def _failed(self, text: str) -> None:
-        self.verdict.say(text, "triangle", "danger")
+        self.verdict.show_text(text, "triangle", "danger")
         self.write.setText("Flash firmware again")
         if self._studio.link.state == "idle":
             self._studio.device.reconnect()

@@ -162,9 +162,9 @@ def test_a_long_status_has_its_own_line_and_enter_presses_the_button(job, shared
     bar.resize(700, bar.sizeHint().height())
     bar.show()
     low = bar.sizeHint().height()
-    bar.say("The folder nowhere cannot be written: no such file or directory.", danger=True)
+    bar.show_text("The folder nowhere cannot be written: no such file or directory.", danger=True)
     assert bar.sizeHint().height() > low
-    bar.say("508 points, 4.1 s")
+    bar.show_text("508 points, 4.1 s")
     assert bar.sizeHint().height() == low
     bar.run_pressed.connect(lambda: heard.append(True))
     bar.run.setFocus()

@@ -46,7 +46,7 @@ def wall_page(window, qtbot):
     page.lines, page.results.all = None, []
     page._worker.forget()  # allows the same request again
     page._worker._waiting.setInterval(PATIENCE_MS)  # answers are late on a busy machine
-    page.bar.say("")
+    page.bar.show_text("")
     page.chart.show_drawing(lambda _figure, _colors: ())
     window.views.show("stability")
     follow(page, qtbot)
@@ -291,7 +291,7 @@ def test_every_hand_has_a_boundary_and_nothing_is_cut_off(page, window, qapp, qt
     assert plane.margin.limit == min(plane.hands.values())
     assert max(limits.max() for limits in page.lines.hands.values()) <= plane.top
     assert {"light grip", "medium grip", "firm grip"} <= set(words(page.chart))
-    page.bar.say("100 × 100 cells, 12.3 s")
+    page.bar.show_text("100 × 100 cells, 12.3 s")
     column = page.verdict_column
     for size in ((1280, 720), (800, 560)):
         resize(qapp, window, size)

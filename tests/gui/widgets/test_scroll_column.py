@@ -9,12 +9,12 @@ def test_longer_texts_have_their_height_at_once(qtbot):
     column.add(words, answers)
     column.resize(240, 300)
     column.show()
-    answers.say(("Stable", "check", "ok"))
+    answers.show_text(("Stable", "check", "ok"))
     column.lay_out()
     short = column.body.height()
     long = "A sentence of many words that needs several lines in a narrow column. " * 8
     words.setText(long)
-    answers.say((long, "check", "ok"), (long, "check", "ok"))
+    answers.show_text((long, "check", "ok"), (long, "check", "ok"))
     column.lay_out()
     assert column.body.height() > max(short, column.height())
     for part in (words, answers):

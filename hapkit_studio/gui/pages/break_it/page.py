@@ -109,7 +109,7 @@ class BreakItPage(MeasuringPage):
         try:
             self.feel.put(self.record.failure.key, here.live)
         except ParameterError as error:
-            self.bar.say(str(error), danger=True)
+            self.bar.show_text(str(error), danger=True)
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         shown = copy(self.record)
@@ -212,10 +212,10 @@ class BreakItPage(MeasuringPage):
         self.runner.begun.connect(self._begin)
         self.runner.wrong.connect(self._fail)
         self.job.running_changed.connect(self._stop)
-        self.job.failed.connect(lambda _text: self.bar.say("Could not be tried", danger=True))
+        self.job.failed.connect(lambda _text: self.bar.show_text("Could not be tried", danger=True))
         self.verdict.feel.clicked.connect(self.feel_it)
         self.verdict.back.clicked.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
         self.feel.changed.connect(lambda: self.marked.emit(f"In the scene: {self.felt}" if self.felt else ""))
-        self.feel.refused.connect(lambda text: self.bar.say(text, danger=True))
+        self.feel.refused.connect(lambda text: self.bar.show_text(text, danger=True))
         self._studio.engine_changed.connect(self._show_verdict)

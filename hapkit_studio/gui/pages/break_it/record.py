@@ -153,17 +153,17 @@ class FailureRunner(QObject):
         def work(progress: Progress) -> int:
             for number, (failure, case, share) in enumerate(plans):
 
-                def say(done: int, of: int, before: int = number) -> None:
+                def report(done: int, of: int, before: int = number) -> None:
                     progress(round((before + done / max(of, 1)) * _FINE), len(plans) * _FINE)
 
                 self.begun.emit(failure.key)
                 try:
-                    for part in measure(failure, case, share, say):
-                        say(0, _FINE)
+                    for part in measure(failure, case, share, report):
+                        report(0, _FINE)
                         self.arrived.emit(part)
                 except Exception as error:
                     # if the job was cancelled, this call raises, so that the error below is not reported
-                    say(0, _FINE)
+                    report(0, _FINE)
                     words = str(error) if isinstance(error, StudioError) else f"An error occurred: {error}"
                     self.wrong.emit(failure.key, words)
                     if not many:

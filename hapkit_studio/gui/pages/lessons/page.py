@@ -166,7 +166,7 @@ class LessonsPage(Page):
         player.step_changed.connect(self.show_step)
         player.evaluated.connect(self.show_results)
         player.applied.connect(self._show_view)
-        player.failed.connect(lambda what, why: self.say(f"{what} {why}"))
+        player.failed.connect(lambda what, why: self.show_text(f"{what} {why}"))
         self.load()
 
     # methods that the window calls
@@ -179,7 +179,7 @@ class LessonsPage(Page):
         self.player.end()
         super().end()
 
-    def say(self, words: str) -> None:
+    def show_text(self, words: str) -> None:
         """Show a message above the lesson; "" removes it."""
         self.message.setText(words)
         self.message.setVisible(bool(words))
@@ -191,12 +191,12 @@ class LessonsPage(Page):
             self.library = library(folder, self._studio.environments)
         except ParameterError as error:
             self.library = library(known=self._studio.environments)
-            self.say(str(error))
+            self.show_text(str(error))
         self._show_list()
 
     def open(self, key: str) -> None:
         """Open a lesson by its key; raise ParameterError for an unknown key."""
-        self.say("")
+        self.show_text("")
         self.player.open(self.library.named(key))
 
     def go(self, steps: int) -> None:
@@ -249,7 +249,7 @@ class LessonsPage(Page):
 
     def choose_folder(self, folder: str) -> None:
         """Also show the lessons of a folder; "" means no folder."""
-        self.say("")
+        self.show_text("")
         self._settings.setValue(LESSONS_FOLDER, folder)
         self.load()
 
@@ -399,9 +399,11 @@ class LessonsPage(Page):
             self.player.write(path, self.player.student)
             page.write_text(report(read(path), progress.lesson), encoding="utf-8")
         except (StudioError, OSError) as error:
-            self.say(f"There is no report yet. {error}")
+            self.show_text(f"There is no report yet. {error}")
             return
-        self.say("" if QDesktopServices.openUrl(QUrl.fromLocalFile(str(page))) else f"The report is {page}.")
+        self.show_text(
+            "" if QDesktopServices.openUrl(QUrl.fromLocalFile(str(page))) else f"The report is {page}."
+        )
 
     def ask_hand_in(self) -> None:
         """Ask for the student's name, then for the file."""
@@ -415,7 +417,7 @@ class LessonsPage(Page):
         if lesson is None:
             return
         if not student:
-            self.say("Nothing was handed in: enter your name.")
+            self.show_text("Nothing was handed in: enter your name.")
             return
         self.player.student = student
         self._settings.setValue(STUDENT, student)
@@ -431,9 +433,9 @@ class LessonsPage(Page):
         try:
             self.player.write(Path(path), self.player.student)
         except StudioError as error:
-            self.say(f"Nothing was handed in. {error}")
+            self.show_text(f"Nothing was handed in. {error}")
             return
         done, count = progress.counts
-        self.say(
+        self.show_text(
             f"Saved as {Path(path).name}, with {done} of {count} tasks done. Give it to your instructor."
         )

@@ -172,12 +172,12 @@ def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side
         begin = time.monotonic()
         whole, rest = side * side, COLUMNS * _CELLS_A_COLUMN
         across, up = (cell_centres(end, side) for end in axes)
-        say = _part(progress, 0, whole, whole + rest)
-        cells = measure_cells(setting, across, up, real=real, progress=say)
+        report = _part(progress, 0, whole, whole + rest)
+        cells = measure_cells(setting, across, up, real=real, progress=report)
         seconds = time.monotonic() - begin
         columns = np.linspace(0.0, axes[0], COLUMNS)
-        say = _part(progress, whole, rest, whole + rest)
-        points = measure_points(setting, columns, real=real, progress=say)
+        report = _part(progress, whole, rest, whole + rest)
+        points = measure_points(setting, columns, real=real, progress=report)
         return Measured(setting, real, axes, points, cells, seconds)
 
     return work

@@ -114,7 +114,7 @@ class StabilityPage(MeasuringPage):
         try:
             self._studio.set_values(parameters.values(stiffness, damping))
         except ParameterError as error:
-            self.bar.say(str(error), danger=True)
+            self.bar.show_text(str(error), danger=True)
 
     def try_it(self) -> None:
         """Pull the handle away and release it."""
@@ -125,7 +125,7 @@ class StabilityPage(MeasuringPage):
         """Measure the map and the boundary for the settings shown."""
         self._wanted = self.lines is None
         if self.lines is None:
-            self.bar.say("Waiting for the map" if self._studio.engine else "Connect a device first.")
+            self.bar.show_text("Waiting for the map" if self._studio.engine else "Connect a device first.")
             return
         plane = self.lines.plane
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
@@ -238,7 +238,7 @@ class StabilityPage(MeasuringPage):
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
         column.lay_out()  # lay out now, because the first drawing of the map takes a second
         if newest is not None and not self.job.running:
-            self.bar.say("Out of date" if self.outdated else newest.text((plane.width, plane.top)))
+            self.bar.show_text("Out of date" if self.outdated else newest.text((plane.width, plane.top)))
 
     def _show_map(self, lines: Lines) -> None:
         """Redraw the map, or move only the dot if nothing else changed."""

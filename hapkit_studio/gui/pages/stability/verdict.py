@@ -107,7 +107,7 @@ class VerdictColumn(SidePanel):
             part.setText(text)
             part.setVisible(bool(text))
         self.sign.show_sign(*verdict.sign)
-        self.answers.say(*verdict.lines)
+        self.answers.show_text(*verdict.lines)
         token = verdict.sign[1]
         mark(self.heading, "ink", token if token in ("danger", "warn") else "ink")
 
