@@ -117,7 +117,7 @@ _PLACES = {
     "gui/teach": "teaching tools",
     "gui/teach/blind": "Compare A and B blind",
     "gui/teach/demo": "demo",
-    "gui/teach/lock_dialog": "Lock",
+    "gui/teach/lock_dialog": "Lock settings",
     "gui/teach/pointing": "Experiment: pointing with friction",
     "gui/teach/quiz": "Quiz: find the hidden value",
     "gui/teach/threshold": "Experiment: just-noticeable difference",

@@ -37,7 +37,7 @@ class KeysDialog(TextDialog):
     """Shows all keys, grouped by menu, and the window's terms; a search field filters the lines."""
 
     def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
-        super().__init__("Keys", parent)
+        super().__init__("Keys and words", parent)
         self.field = QLineEdit(placeholderText="Find a key or a word")
         self.field.setAccessibleName("Find a key or a word")
         self.field.textChanged.connect(self.seek)
@@ -109,7 +109,7 @@ class MarkerDialog(WordsDialog):
     """Adds a marker. The marker's time is the time at which the dialog was opened."""
 
     def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
-        super().__init__("Marker", "A few words (optional)", _LONGEST, self._note, parent)
+        super().__init__("Add a marker", "A few words (optional)", _LONGEST, self._note, parent)
         self._recording, self._live, self._time = recording, live, live.history.now
 
     def _note(self, text: str) -> None:

@@ -257,7 +257,7 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     qtbot.keyClick(link, Qt.Key.Key_Return)
     assert all(field.isVisible() for field in figures)
     assert [field.words.text() for field in (*figures, bar.compute)] == [
-        "1,000 Hz", "Lateness: 99 % below 0.09 ms, worst 4.00 ms", "Missed ticks: 0",
+        "1,000 Hz", "Lateness: below 0.09 ms for 99 % of the ticks, at most 4.00 ms", "Missed ticks: 0",
         "Real-time priority (FIFO 80)",
         "Computing the force took 3.1 µs",
     ]  # fmt: skip
