@@ -352,7 +352,7 @@ def _session(folder: Path) -> Path:
     writer.note(Event(100.2, SETTINGS, {**settings, "rate_Hz": 2000.0}))
     writer.note(Event(100.25, MARKER, {"text": "a quarter"}))
     writer.note(Event(100.3, STOP, {"stopped": True}))
-    writer.note(Event(100.4, FAULT, {"text": "No sensor frame for 20 ms."}))
+    writer.note(Event(100.4, FAULT, {"text": "No sensor reading arrived for 20 ms."}))
     for first in range(0, count, 300):
         writer.add(pack(table[first : first + 300], 2e-5, 0))
     writer.note(Event(100.599, NOTE, {"text": "seen"}))

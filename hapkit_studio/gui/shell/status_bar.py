@@ -172,7 +172,9 @@ class StatusBar(QWidget):
         """
         us = health.lateness_us
         self.rate.show_text(rate_text(health.rate, nominal, on_board), "", "ink")
-        self.late.show_text(f"Lateness: below {late(us['p99'])} for 99 % of the ticks, at most {late(us['max'])}")
+        self.late.show_text(
+            f"Lateness: below {late(us['p99'])} for 99 % of the ticks, at most {late(us['max'])}"
+        )
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)

@@ -24,7 +24,9 @@ class LockDialog(FormDialog):
 
     def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
         self._open = not studio.permissions.lock.places
-        super().__init__("Lock settings" if self._open else "Unlock settings", _LOCK if self._open else _UNLOCK, parent)
+        super().__init__(
+            "Lock settings" if self._open else "Unlock settings", _LOCK if self._open else _UNLOCK, parent
+        )
         self._studio, self._settings = studio, settings
         self.places = QListWidget()
         self.places.setAccessibleName("Settings to be locked")

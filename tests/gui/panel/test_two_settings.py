@@ -62,7 +62,7 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
         press(window, Qt.Key.Key_X)
         assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
-        assert row.words.text() == f"{sign} is active"
+        assert row.words.text() == f"Settings {sign} are active"
     assert window.history.stack.count() == steps  # switching is no undo step
     studio.choose("spring")
     assert row.isHidden()
@@ -127,7 +127,10 @@ def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
     assert settings_of(window.studio) == before
     assert not window.studio.hidden
     assert window.panel.isVisible()
-    assert label_texts(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
+    assert label_texts(sheet_of(window)) == [
+        "Blind comparison",
+        "7 of 8 answers are right. Guessing would give 4.",
+    ]
 
 
 @pytest.mark.slow
@@ -198,13 +201,13 @@ def test_a_demo_ends_when_a_comparison_starts_or_one_line_gives_the_reason(compa
     window.blind.begin()
     assert (window.demos.demo, window.blind.page) == (None, None)
     assert window.studio.environment.key == "spring"
-    assert "A and B belong to its environment" in window.banners.get("undo").text
+    assert "they belong to the environment of the demo" in window.banners.get("undo").text
     window.studio.choose("wall")
 
 
 @pytest.mark.parametrize(
     ("right", "answers", "words"),
-    [(0, 0, "No answer was given."), (2, 3, "2 of 3 right; guessing gives 1.5.")],
+    [(0, 0, "No answer was given."), (2, 3, "2 of 3 answers are right. Guessing would give 1.5.")],
 )
 def test_the_score_states_the_average_of_guessing(right, answers, words):
     assert score(right, answers) == words

@@ -206,7 +206,7 @@ def test_a_recording_whose_file_is_deleted_says_so_and_offers_to_save_the_rest(w
     assert notice.title.startswith("Recording stopped at 0:0")
     assert notice.text == (
         f"{path.name} was deleted or moved while it was written. "
-        "Save the last 10 minutes (Ctrl+Shift+S) still saves the buffered data."
+        "The samples are still in memory: choose Save the last 10 minutes (Ctrl+Shift+S)."
     )
     assert window.studio.recording.newest is None
     window.actions_by_key.run("session.save_kept")

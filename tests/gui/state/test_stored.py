@@ -23,11 +23,12 @@ def write(text):
     return path
 
 
+GEOMETRY = "The stored size of the window (geometry) is damaged."
 WRONG = {
     "theme=purple": "theme is 'purple'; it must be one of system, light, dark, contrast.",
     "theme=dark, light": "theme is ['dark', 'light']; it must be one of system, light, dark, contrast.",
-    "geometry=5": "geometry holds no geometry of a window.",
-    "geometry=@ByteArray(\\x1\\xd9\\xd0\\xcb\\xff\\xff)": "geometry holds no geometry of a window.",
+    "geometry=5": GEOMETRY,
+    "geometry=@ByteArray(\\x1\\xd9\\xd0\\xcb\\xff\\xff)": GEOMETRY,
     "grid=perhaps": "grid is 'perhaps'; it must be one of false, true.",
     "padding=7": f"padding is '7'; it must be one of 0, {PACKET}.",
     "panel_width=nan": "panel_width is nan; it must be a number from 0 to 10,000 px.",
@@ -86,7 +87,7 @@ def test_a_wrong_setting_is_replaced_by_its_default_and_named(start_window, line
 def test_many_wrong_settings_give_one_message_that_is_not_repeated(start_window):
     write("theme=purple\ngeometry=5\ngrid=perhaps\nvalues=5")
     first = start_window()
-    assert first.banners.get("settings").text == "Not used: theme, grid, values, geometry."
+    assert first.banners.get("settings").text == "These settings are not used: theme, grid, values, geometry."
     first.settings.sync()
     assert start_window().banners.get("settings") is None
 

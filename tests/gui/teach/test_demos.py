@@ -235,7 +235,9 @@ def test_a_demo_on_a_motor_waits_for_render_and_moves_no_hand(board_window, tmp_
     assert "the force is zero until you press Render" in window.caption.note.text()
     studio.release_stop()
     assert not studio.stopped
-    assert window.caption.note.text() == "A board has no virtual hand: only settings and captions play."
+    assert window.caption.note.text() == (
+        "A board has no virtual hand, so the demo changes settings and captions only."
+    )
     window.demos.clock.now = 4.0
     window.demos.tick()
     assert studio.values["stiffness"] == 100.0
@@ -297,9 +299,9 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
         ("at = 8.0", "at = 10.0", "and 10 s, not 10 s"),
         ("at = 0.0", "at = 1.0", "first step must be at 0 s, not 1 s"),
         ('caption = "Two"', "caption = 2", "not 2"),
-        ('caption = "Two"', 'stop = "now"', "no entry 'stop'"),
+        ('caption = "Two"', 'stop = "now"', "cannot have the entry 'stop'"),
         ("seconds = 10.0", "seconds = 0.5", "1 and 3,600 s, not 0.5"),
-        ('title = "Two walls"', "", "title must be one line of at most 40 letters, not None"),
+        ('title = "Two walls"', "", "title must be one line of at most 40 characters, not None"),
         ("[[step]]", "[step.x]", "steps, each starting with [[step]]"),
     ],
 )
@@ -308,7 +310,7 @@ def test_an_error_in_a_file_gives_a_one_line_message(shown, tmp_path, good, bad,
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
     said = label_texts(sheet_of(shown))
-    assert said[0] == "story.toml: nothing was played"
+    assert said[0] == "story.toml: no demo was played"
     assert len(said) == 2
     assert words in said[1].replace("-60", "−60")
     assert (settings_of(shown.studio), shown.demos.demo) == (before, None)
