@@ -222,7 +222,7 @@ class PointingExperiment(Experiment):
         lines = pointing.evaluate(page.run.done)
         words = [
             f"Movement time MT = a + b·ID, where ID is the index of difficulty of a target. The intervals "
-            f"contain the true values with 95 % probability. There were {len(page.run.done)} trials."
+            f"contain the true values with 95 % probability. Trials: {len(page.run.done)}."
         ]
         if name:
             words.append(
