@@ -18,6 +18,7 @@ from hapkit_studio.formatting import quoted
 FILE = "lab.toml"
 SIMULATED = "simulated"
 """Key of the simulated device; the file cannot exclude it, because it has no motor."""
+_USUAL_ON_WINDOWS = r"C:\ProgramData\hapkit-studio"
 _LONGEST = 4_096  # maximum number of characters of a path
 _MOST_FORCE = 100.0  # N: maximum force limit, which exceeds that of every kit
 # number of words in a lockable setting, by its first word
@@ -49,7 +50,11 @@ class LabSettings:
 
 def path() -> Path:
     """Return the path of the file: /etc/xdg/hapkit-studio/lab.toml on Linux, an equivalent path elsewhere."""
-    return Path(platformdirs.site_config_dir("hapkit-studio", appauthor=False)) / FILE
+    try:
+        folder = platformdirs.site_config_dir("hapkit-studio", appauthor=False)
+    except (KeyError, ValueError):  # Windows does not know its folder: look where it usually is
+        folder = _USUAL_ON_WINDOWS
+    return Path(folder) / FILE
 
 
 @functools.cache

@@ -127,7 +127,8 @@ def test_a_folder_that_windows_cannot_find_gives_one_line(on_windows, monkeypatc
         return KNOWN[name]
 
     monkeypatch.setattr(windows, "get_win_folder", find)
-    if missing in ("CSIDL_APPDATA", "CSIDL_COMMON_APPDATA"):  # roaming data are not used, nor is a lab's file
+    assert str(lab.path()).replace("/", "\\") == r"C:\ProgramData\hapkit-studio\lab.toml"
+    if missing in ("CSIDL_APPDATA", "CSIDL_COMMON_APPDATA"):  # a user's own files are in neither of them
         assert where.places()
     else:
         assert "Set HOME (on Windows USERPROFILE)" in one_line(capsys, "where")
