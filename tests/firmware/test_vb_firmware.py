@@ -46,7 +46,7 @@ def test_counts_follow_the_sensors_saw_tooth(tmp_path):
     rows = rows_of(samples, log)
     counts = np.array([s.count for s in samples])
     assert np.ptp(rows.position) == pytest.approx(0.1)
-    # jumps of this size are flips of the sensor
+    # a jump of more than 460 converter steps means that the sensor's saw-tooth signal has wrapped
     assert np.count_nonzero(np.abs(np.diff(rows.converter)) > 460) >= 9
     moved = np.round(rows.position / QUANTUM - (counts - counts[0]), 6)
     assert np.ptp(moved) <= 1.0 + 1e-6
@@ -119,7 +119,7 @@ def test_requests_during_streaming_are_answered_and_losses_reported(padded):
     gaps = [(b.seq - a.seq) & 0xFFFF for a, b in itertools.pairwise(samples)]
     for gap, sample in zip(gaps, samples[1:], strict=True):
         assert gap == 1 or sample.flags & BoardFlag.OVERRUN
-        assert gap <= 4  # both replies together are 200 padded bytes, which take 2.2 ms on the line
+        assert gap <= 4  # the two replies have 200 bytes with padding, which take 2.2 ms on the line
     assert decoder.bad_frames == 0
     assert board.summary["overwritten"] == board.summary["dropped"] == board.summary["unanswered"] == 0
 
@@ -133,5 +133,5 @@ def test_in_lockstep_a_lone_delimiter_is_an_answer_that_does_not_reach_the_chip(
             os.write(board.fileno(), DELIMITER * new)
             seen += new
     assert board.summary["unanswered"] == 0
-    # the board receives only messages at opening and closing, some of them repeatedly
+    # the board receives messages only when the port is opened and closed; some of them are repeated
     assert 0 < board.summary["received"] < 300

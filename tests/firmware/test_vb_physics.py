@@ -19,7 +19,10 @@ def asleep(tmp_path):
 
 
 def expected(times, pieces, x=0.0, v=0.0, coulomb=COULOMB):
-    """Return positions and velocities (n, 2); a piece is (start, force, rate, mass, damping, stiffness)."""
+    """Return positions and velocities (n, 2) at n times, from the exact solution of the motion.
+
+    ``pieces`` are intervals of constant conditions: (start, force, rate, mass, damping, stiffness).
+    """
     edges = sorted({*times, *(p[0] for p in pieces)})
     out, now = {}, 0.0
     for until in edges:

@@ -91,7 +91,10 @@ def test_a_hand_leads_and_releases_the_handle_and_the_log_can_be_read_while_it_g
 
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_presses_far_away_approaches_then_leads(tmp_path, grip):
-    """On the default spring of 80 N/m, the handle oscillates by at most the hand's speed divided by ω."""
+    """A law renders a spring of 80 N/m.
+
+    The handle overshoots by at most v / ω. v is the hand's speed, ω the natural frequency of handle and hand.
+    """
     reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
     with opened(log=tmp_path / "truth.f64") as board:
         board.start_stream()
@@ -152,9 +155,9 @@ def test_a_late_reader_gets_three_bytes_and_the_others_are_counted(start):
 
 
 def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(start):
-    """According to the data sheet (UCSR0A), the flag requests an interrupt while it is set.
+    """The test follows the data sheet's description of the flag TXC0 (transmit complete) in UCSR0A.
 
-    The interrupt clears the flag, and so does writing a one to it.
+    TXC0 requests an interrupt while it is set. The interrupt clears it, and so does writing a one to it.
     """
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
@@ -262,7 +265,7 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
         assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)
         assert hurt[0] == hurt[1] != hurt[2]
     hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
-    # a burst that begins within another burst extends the other burst to its own length
+    # bursts may overlap: a burst that begins within another one lasts until its own end
     assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
     for kind in ("lose", "garble", "add"):
         assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7
@@ -272,7 +275,10 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
 
 @pytest.fixture
 def packets(start, tmp_path):
-    """Return a function that returns times and bytes from a board that sends an 11-byte frame per ms."""
+    """Return a function that runs a board which sends a frame of 11 bytes every millisecond.
+
+    The function returns the times at which bytes arrived, and their numbers.
+    """
 
     def handed(*options, script=""):
         commands = tmp_path / "turns.txt"

@@ -1,8 +1,8 @@
-"""The compiled loop with the real firmware, both in board time: script and seed reproduce every run.
+"""Run the compiled loop and the real firmware in board time, so that a script and a seed determine a run.
 
 The loop's system calls (poll, read, write, clock_gettime) are redirected to this module by their symbols
-before compilation, so this module needs its own process. The board waits for its turn, so results do not
-depend on the speed of either side.
+before compilation, so this module needs its own process. The loop and the board take turns, so results do not
+depend on the speed of either of them.
 """
 
 import ctypes

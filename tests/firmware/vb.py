@@ -127,7 +127,7 @@ def heard(fd: int, decoder: Decoder) -> list[Message]:
 
 
 def exchange(fd: int, seconds: float, law: Callable[[Sample], float]) -> list[Sample]:
-    """Answer the samples of ``seconds`` of board time; return all of them."""
+    """Answer every sample with the law's force for ``seconds`` of board time; return the samples."""
     decoder, seen = Decoder(), []
     while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
         new = [m for m in heard(fd, decoder) if isinstance(m, Sample)]
