@@ -78,7 +78,7 @@ def deleted_in_the_end():
         QCoreApplication.instance().removeEventFilter(window.stop_filter)
         window.deleteLater()
     delete_deferred()
-    gc.enable()  # the window has disabled it
+    gc.enable()  # the window has disabled garbage collection
 
 
 @pytest.fixture
@@ -123,7 +123,7 @@ def kept_idle_window(shared_window) -> MainWindow:
 
 @pytest.fixture
 def window(make_window, qtbot) -> MainWindow:
-    """Return a window with a running simulated Hapkit; a test takes frames by calling live.tick()."""
+    """Return a window with a running simulated Hapkit; a test updates the display by calling live.tick()."""
     shown = make_window()
     shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)

@@ -19,7 +19,7 @@ FRAME = 16  # samples between two positions of the hand
 
 @njit
 def samples(r, body, out, count):
-    """Render ``count`` samples as the live loop does, but at once."""
+    """Render ``count`` samples as the live loop does, but without waiting for the clock."""
     for _ in range(count):
         simulated_loop.render_sample(r, body, out, clock.now(), 0.0)
 
@@ -40,7 +40,7 @@ class FastEngine(Engine):
 
 @dataclass
 class Played:
-    """Result of a demo: rows (n, width) and their times in s within the demo, by step."""
+    """Result of a demo: its rows (n, width), their times (n,) in s since the demo's start, and captions."""
 
     demo: demos.Demo
     rows: np.ndarray

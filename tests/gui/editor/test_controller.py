@@ -38,7 +38,7 @@ def no_trials(monkeypatch):
 
 
 def force_at(window, qtbot, place: float) -> float:
-    """Hold the handle at ``place`` m; return the requested force over position, in N/m."""
+    """Hold the handle at ``place`` m; return the ratio of requested force to position in N/m."""
     window.studio.move_hand(place)
     reader, taken = window.studio.engine.reader(), []
 
@@ -220,7 +220,7 @@ def test_esc_stops_from_inside_the_editor(window, home):
 
 
 def full(_path, _text):
-    """Write nothing, as on a full disk."""
+    """Raise the error of a full disk."""
     raise OSError(28, "No space left on device")
 
 

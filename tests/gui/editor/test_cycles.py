@@ -1,4 +1,4 @@
-"""On request, the editor shows the cycles of each line of a law until that line changes."""
+"""On request, the editor shows how many processor cycles each line of a law takes, until the line changes."""
 
 import re
 

@@ -18,7 +18,7 @@ def history():
 
 
 def shown(qtbot, widget, size, history):
-    """Return plots of a size with a history and the wall."""
+    """Show plots at a size in px with a history and a wall of 400 N/m; return the plots."""
     qtbot.addWidget(widget)
     widget.resize(*size)
     widget.show()

@@ -26,7 +26,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
 ):
     window = held_board_window
     switch, note, running = window.loop.where, window.loop.where.note, window.comparison
-    assert window.centre.toolbar.release.isHidden()  # the hidden button would release a simulated handle
+    assert window.centre.toolbar.release.isHidden()  # the button Release exists only for the simulated device
     switch.compare.emit()
     assert "1 of 2" in note.text()
     window.studio.set_value("stiffness", 100.0)

@@ -68,7 +68,7 @@ def test_the_table_shows_the_values_at_both_cursors_and_their_difference(plots, 
 
 
 def test_the_slope_in_the_wall_is_its_stiffness_and_the_range_shows_extremes(plots, card):
-    # the handle is in the wall from 12.68 to 13.49 s; the force is not clamped at first
+    # the handle is in the wall from 12.68 to 13.49 s; at the beginning of this interval, no force is clamped
     plots.cursors.show(True)
     plots.cursors.move(0, 12.7005)
     plots.cursors.move(1, 12.8005)
@@ -148,7 +148,10 @@ def read(plots, card, first, last):
 
 
 def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, history):
-    """The handle oscillates by 15 mm; a wall of 400 N/m at 5 mm is clamped at 3 N, which is 7.5 mm deep."""
+    """The handle oscillates by 15 mm around 0, and a wall of 400 N/m is at 5 mm.
+
+    The force reaches the clamp of 3 N at a depth of 7.5 mm.
+    """
     assert read(plots, card, 8.0, 13.0) == "−400.0 ± 0.1 N/m"
     slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied_force")), 1)
     assert slope > -120.0  # slope of a line through all samples
@@ -170,9 +173,9 @@ def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card
 
 @pytest.mark.parametrize(("bend", "straight"), [(0.54, True), (0.556, False)])
 def test_a_residual_above_a_twentieth_of_the_force_is_no_line(plots, card, history, bend, straight):
-    """F is −(z + c z²) N for z from 0 to 1 over 10 mm.
+    """The force is F = −(z + c z²) N, where c is ``bend``, and z goes from 0 to 1 over 10 mm.
 
-    The RMS of F is √(1/3 + c/2 + c²/5); the best line leaves an RMS of c/√180.
+    The RMS of F is √(1/3 + c/2 + c²/5); the residual of the best line has an RMS of c/√180.
     """
     z = np.linspace(0.0, 1.0, 2001)
     assert (bend / math.sqrt(180.0) < 0.05 * math.sqrt(1 / 3 + bend / 2 + bend**2 / 5)) == straight

@@ -1,4 +1,4 @@
-"""The energy given to the hand has a plot, with gaps where its sum restarts, an alarm and a switch."""
+"""The energy given to the hand: its plot with gaps where the sum restarts, its alarm, and a switch."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ ENERGY = len(phase_plots())
 
 
 def with_energies(count, first=0, lost=1):
-    """Return rows whose energy oscillates down to −4 mJ below a limit of 1 mJ, and restarts at 12 s."""
+    """Return rows whose energy oscillates between 0 and −4 mJ and restarts at 12 s; its limit is 1 mJ."""
     table = telemetry(count, first)
     tick = table[:, rows.TICK]
     table[:, rows.ENERGY_GIVEN] = -2e-3 * (1.0 - np.cos(tick / RATE))
@@ -221,7 +221,8 @@ def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(kept_wind
         return np.ptp(window.live.history.between(window.live.history.now - 0.3, np.inf).y["position"])
 
     place = window.centre.scene.mapTo(window, QPoint())
-    studio.move_hand(0.05)  # far enough to exceed the motor's force; nearer, friction could hold the handle
+    # at 50 mm, the hand's force exceeds the motor's limit; a smaller force could be held by friction
+    studio.move_hand(0.05)
     qtbot.waitUntil(
         lambda: swing() > 0 and window.live.history.latest()["position"] > 5e-3, timeout=PATIENCE_MS
     )

@@ -18,7 +18,7 @@ def held(plots, phase):
 
 @pytest.mark.parametrize("zero", [None, 11.0])
 def test_a_held_trace_keeps_its_position_while_time_passes(plots, held, history, zero):
-    """A trace held around an event is shifted: otherwise most of it would be beyond the right edge."""
+    """A trace held around an event is shifted to the left; otherwise most of it would be outside the plot."""
     trace = held.hold(history, (4.0, history.now), "Wall", zero=zero)
     # the tolerance is less than a thousandth of the 10 s shown
     assert trace.time[-1] == pytest.approx(14.0 - (zero or 14.0), abs=0.005)
@@ -93,7 +93,10 @@ def test_without_data_nothing_is_held(held, history):
 
 
 def test_a_trace_is_held_as_felt_with_the_delay_of_its_loop(held, history, phase):
-    """Each force is drawn over the positions at which it acted: one delay after its sample, for a period."""
+    """Each force is drawn over the positions at which it acted.
+
+    It acts for one sample period, and begins one loop delay after its sample.
+    """
     held.delay = 5e-3
     past = held.hold(history, (11.0, 13.0), "late")
     places, force = past.felt

@@ -41,9 +41,9 @@ def use(phase, key, **given):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_initial_range_includes_everything_that_the_motor_can_render(side):
-    """The range ends at the last bend, or at the fifth turning point.
+    """The range ends beyond the curve's last bend or, for a sine, beyond its fifth turning point.
 
-    A sine with a period of 16 mm needs 39.6 mm.
+    With a period of 16 mm, the fifth turning point is at 36 mm, and the range with its margin is 39.6 mm.
     """
     x = side * GRID
     stiff = -np.maximum(x - 5.0, 0.0) - 5.0 * np.maximum(x - 30.0, 0.0)
@@ -104,7 +104,10 @@ def test_the_theory_is_the_law_force_over_its_variable(phase):
 
 
 def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, qapp):
-    """All edges at 3 mm pull with 1.20 N at 400 N/m; waves of 0.6 mm are narrower than the band."""
+    """At the edge of each detent, 3 mm from its centre, a stiffness of 400 N/m gives 1.20 N.
+
+    Waves of 0.6 mm are too narrow to be drawn one by one, so the curve becomes a filled band.
+    """
     for given in ({}, {"pitch": 0.0173}):
         use(phase, "detents", **given)
         phase._compute()
@@ -157,7 +160,7 @@ def test_a_changed_theory_is_visible_unless_the_axes_were_fitted_by_hand(phase, 
     ],
 )
 def test_fitted_axes_include_the_nearest_landmark(phase, plots, history, key, given, place):
-    """With a handle at rest at −8 mm, the axis reaches to the wall or centre, and a margin beyond it."""
+    """The handle rests at −8 mm; the axis ends at a margin beyond the wall or the spring's centre."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = -0.008, 0.0
     history.append(there)
@@ -172,12 +175,12 @@ def test_fitted_axes_include_the_nearest_landmark(phase, plots, history, key, gi
     for low, high in (phase.canvas.view.viewRange()[0], canvas_of(plots, "position").view.viewRange()[1]):
         assert low < places[0]
         assert places[1] < high
-        # two steps of the curve are 0.7 mm; an eighth of the reach is 5.1 mm
+        # tolerance: two steps of the curve, 0.7 mm; the smallest range is an eighth of the reach, 5.1 mm
         assert high - low < max(2.0 * half + 0.7, 5.1)
 
 
 def test_fitted_forces_include_the_curve_up_to_the_motor_limit(phase, history):
-    """The wall has 25 N at a depth of 5 mm and 5000 N/m; the axis ends at 1.35 times the limit of 3 N."""
+    """A wall of 5000 N/m has 25 N at a depth of 5 mm, but the axis ends at 1.35 times the limit of 3 N."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = 0.010, 0.0
     history.append(there)
@@ -298,7 +301,7 @@ STIFFNESS, AWAY, DELAY = 300.0, 5e-3, 60e-3  # N/m, m, s
 
 
 def swing(phase):
-    """Put two cycles of 1 Hz of a handle in a spring into the history, at 1 kHz."""
+    """Fill the history with 2.2 s at 1 kHz of a handle that oscillates at 1 Hz on a spring."""
     use(phase, "spring", stiffness=STIFFNESS)
     history = phase.view.live
     history.clear()
@@ -315,7 +318,10 @@ def off_the_line(phase):
 
 
 def test_as_felt_a_delayed_spring_is_a_loop_with_the_energy_per_cycle(phase):
-    """The loop's half-width is k a sin(2π f (t_d + T/2)); its area is π k a² sin(2π f (t_d + T/2))."""
+    """The drawn loop has the half width w = k a sin(2π f (t_d + T/2)) in N and the area π a w in J.
+
+    k is the stiffness, a the amplitude, f the frequency, t_d the delay, and T the sample period.
+    """
     swing(phase)
     phase.set_delay(DELAY)
     away, pixel = off_the_line(phase)

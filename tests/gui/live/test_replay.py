@@ -380,7 +380,7 @@ def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, kept_idle_window)
 def test_an_export_contains_the_session_samples_and_their_settings(
     replay, kept_idle_window, home, monkeypatch, way, start, stop, then
 ):
-    """The spring is active from 0.5 s on. Both cursors are on samples, which the range includes."""
+    """The spring is active from 0.5 s on. Each cursor is on a sample, which belongs to the exported range."""
     window, saves = kept_idle_window, []
     replay.seek(2.5004)
     replay.settle()
@@ -389,7 +389,7 @@ def test_an_export_contains_the_session_samples_and_their_settings(
     for index, at in enumerate((0.4005, 0.1005)):
         window.centre.time.cursors.move(index, START + at)
     stretch = getattr(window.export, way)
-    replay.history.complete = False  # this is the state while dragging; the export must not depend on it
+    replay.history.complete = False  # as while dragging; the export must be complete nevertheless
     dialog = SimpleNamespace(selectedNameFilter=lambda: "Table (*.csv)")
     monkeypatch.setattr(export, "choose_file", lambda *given, **_: saves.append(given[3]) or dialog)
     window.export.ask(stretch)

@@ -184,7 +184,7 @@ def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     assert inside[window.y["force"] != 0.0].all()
     true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["force"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
-    history.end_environment()  # a force from another environment is no contact with this one
+    history.end_environment()  # the forces of a previous environment are not shown as contact
     plots.refresh()
     assert plots.shown.contact == []
 
@@ -239,7 +239,7 @@ def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
     [(285, ["position", "velocity", "force"]), (240, ["position", "force"]), (114, ["force"])],
 )
 def test_with_little_height_velocity_folds_then_position_and_force_keeps_50_px(plots, qapp, height, seen):
-    """In the smallest window, two banners leave 114 px for the plots."""
+    """In the smallest window with two banners, 114 px are left for the plots."""
     for _ in plots.plots:  # each folded plot reduces the minimum height
         plots.resize(560, height)
         qapp.processEvents()
@@ -255,7 +255,7 @@ def words_in(canvas):
 
 
 def show_divided(plots, side):
-    """Show 14 s at one side, with a divider after 10 s."""
+    """Show 14 s of a handle at rest, 11 mm to one side of the middle, with a divider after 10 s."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011

@@ -144,7 +144,7 @@ def test_zooming_out_at_an_event_keeps_its_place_in_the_frame():
 
 
 def far(start, force=2.5):
-    """Return rows of a handle far out with a large force."""
+    """Return rows of a handle at 45 mm, where it has a large force."""
     table = telemetry(2000, start)
     table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.045, force
     return table
@@ -201,7 +201,7 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_values_and_locks_them(
     place = turn_wheel(canvas, across, 240, key)
     box = canvas.measure()
     zoomed = canvas.view.viewRange()[1]
-    # 30 steps of the wheel, each of 8 eighths of a degree, zoom by a factor of 1.02 each
+    # each of the 30 small turns of the wheel zooms by a factor of 1.02
     assert np.ptp(zoomed) == pytest.approx((high - low) / 1.02**30, rel=0.02)
     part = (box.bottom() - place.y()) / box.height()
     assert zoomed[0] + part * np.ptp(zoomed) == pytest.approx(low + part * (high - low), abs=1e-6)

@@ -39,7 +39,7 @@ def armed(view, **values):
 
 
 def come(view, trigger, stop, start=0.0, frame=16):
-    """Feed the rows from start to stop in s, ``frame`` rows per frame; return the times of the stops."""
+    """Feed the rows from start to stop in s, ``frame`` rows per frame; return the times of the events."""
     stood = []
     rows = telemetry(round((stop - start) * RATE), round(start * RATE))
     for first in range(0, len(rows), frame):

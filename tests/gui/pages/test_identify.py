@@ -1,4 +1,4 @@
-"""The Identify view: newest samples with the current settings, both parts, and the shaking hand."""
+"""The Identify view uses the newest samples with the current settings; further tests: the shaking hand."""
 
 import json
 import math

@@ -71,7 +71,7 @@ def test_a_foreign_table_is_held_in_the_plots_after_naming_its_columns(window, q
     assert trace.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
     t = trace.time + 2.999
     x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
-    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # tolerance: width of a column
+    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # tolerance: motion within one pixel column
     v = trace.values["velocity"]
     assert trace.values["applied_force"] == pytest.approx(
         -210.0 * (trace.values["position"] - 2e-3) - 1.5 * v, abs=0.03

@@ -161,7 +161,10 @@ def test_the_pages_sliders_are_hatched_like_those_of_the_panel(page, window, qtb
 
 
 def damper_grows(setting, damping):
-    """Return True if a released handle's motion grows with a sampled damper in N·s/m, by the exact map."""
+    """Return True if a sampled damper in N·s/m makes the motion of a released handle grow.
+
+    The answer follows from the eigenvalues of the exact transition matrix of one period.
+    """
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
     rolls = (1.0 - keeps) * mass / own  # displacement in m for each m/s

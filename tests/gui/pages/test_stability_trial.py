@@ -1,4 +1,4 @@
-"""Releasing the handle: distance of the trial, and the report on its outcome."""
+"""A trial releases the handle at a distance from rest, and reports how the handle moves."""
 
 from dataclasses import replace
 

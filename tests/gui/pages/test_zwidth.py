@@ -1,4 +1,4 @@
-"""The Z-width view: simulation, running device, points that appear one by one, and every way to end."""
+"""The Z-width view measures in a simulation or on a device; it shows each new point and can be cancelled."""
 
 import json
 from dataclasses import replace
@@ -85,7 +85,7 @@ def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_use
     result = page.result
     assert result.place == "Simulation"
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
-    assert (result.stiffness > result.linear).all()  # friction raises the limit above the linear one
+    assert (result.stiffness > result.linear).all()  # friction raises the linear limit
     assert page.answer.words.text() == result.sentence
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
@@ -106,7 +106,7 @@ def test_points_appear_one_by_one(page):
     page.show_result(made_up())
     page._begin("Simulating hits on walls…")
     assert page.chart.pale
-    page.job._wanted = object()  # this is the state during a measurement
+    page.job._wanted = object()  # the job now behaves as if a measurement were running
     points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 909.0, 920.0))]
     for new in points:
         page.arrived.emit(*new)

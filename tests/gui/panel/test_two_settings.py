@@ -68,7 +68,7 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     assert row.isHidden()
     studio.choose("wall")
     studio.set_value("damping", 1.0)
-    press(window, Qt.Key.Key_X)  # neither is active, so the key selects the last active one
+    press(window, Qt.Key.Key_X)  # neither A nor B is active, so the key selects the one that was active last
     assert row.words.text() == "Settings A are active"
 
 
@@ -121,7 +121,7 @@ def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
         words = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
         assert not [text for text in words if "300" in text or "900" in text]
         page.choices[stiffer if number != 4 else 1 - stiffer].click()
-    assert set(first) == {300.0, 900.0}  # both settings came first in some trials
+    assert set(first) == {300.0, 900.0}  # each of the two settings came first in some trials
     page.end_button.click()
     assert rendered[-1] is None
     assert settings_of(window.studio) == before
@@ -177,7 +177,7 @@ def test_hidden_settings_cannot_be_changed(compared):
     run("session.stop")
     assert studio.stopped  # stopping is never locked
     run("session.release")
-    with studio.temporarily():  # a measurement ends it
+    with studio.temporarily():  # a measurement changes settings in this way, and ends the comparison
         studio.set_value("stiffness", 400.0)
     assert not studio.hidden
     assert window.blind.page is None

@@ -57,7 +57,7 @@ def has(picture, token, near=24):
 
 
 def corners(environment):
-    """Return the defaults, then one parameter at each limit or option, then all parameters at limits."""
+    """Return sets of values: the defaults, one parameter at a limit or option, all parameters at limits."""
     ends = {
         p.key: [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
         for p in environment.parameters

@@ -15,7 +15,7 @@ from hapkit_studio.gui.scenes.force_arrow import HEAD
 from hapkit_studio.gui.scenes.parts import BALL
 from tests.gui.scenes.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
 
-NEAR = 1.5  # px
+NEAR = 1.5  # px: permitted deviation of a drawn object
 
 
 def edges(mask, row):
@@ -340,7 +340,7 @@ def seen(picture, stage, color, left, right, low, high):
 
 
 def test_the_cats_appearance_shows_its_mood(qtbot):
-    """Above a contentment of 0.3, its eyes close and arcs appear. When it swats, ears and a paw move."""
+    """When the cat purrs, its eyes are closed and arcs are drawn. When it swats, its ears and a paw move."""
     view, stage = scene_of(qtbot, "cat")
     accent, row = QColor("#0A5AA8"), {}
     for mood, given in MOODS.items():

@@ -49,7 +49,7 @@ def test_a_law_with_much_arithmetic_gets_a_lower_rate(window, sheet):
 @pytest.mark.slow
 def test_kit_and_printing_can_be_chosen(window, sheet):
     kits = [sheet.kits.itemText(at) for at in range(sheet.kits.count())]
-    assert kits == [kit.title for kit in profiles.KITS]  # no kit is connected
+    assert kits == [kit.title for kit in profiles.KITS]  # all kits are offered, because no kit is connected
     sheet.kits.setCurrentIndex(kits.index("Hapkit with AS5048A"))
     sheet.prints.setCurrentIndex(2)
     text = sheet.text()
@@ -71,7 +71,8 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     window.studio.choose("wall")
     window.studio.set_loop(estimator="difference")
     window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
-    limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t) with t = T, B = 0 and the default kit's b
+    # limit K = 2 b / (T + 2 t) of a released handle without rendered damping; the delay t equals the period T
+    limit = 2.0 * 0.5 / (1e-3 + 2e-3)
     words = sheet.verdict.words.text()
     assert "At 1,000 Hz" in words
     assert "In your hand, a push of more than" in words

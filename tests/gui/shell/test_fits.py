@@ -101,7 +101,7 @@ def misfits_of_views(window) -> list[str]:
 
 
 def misfits_of_dialogs(window) -> list[str]:
-    """Open every dialog of the menus and return what does not fit it or exceeds the window's size."""
+    """Open every dialog of the menus; return parts that do not fit, and dialogs larger than the window."""
     found = []
     for action in window.findChildren(QAction):
         if not (action.isEnabled() and (action.text().endswith("…") or action.text() in _OTHER_DIALOGS)):

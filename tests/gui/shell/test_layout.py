@@ -143,7 +143,7 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
             small = min(breakpoints.scale(*size), 1.0)
             assert window.centre.scene.height() >= int(150 * small)
             assert window.header.stop.width() >= 120 * small
-            # 95 %, because the border does not grow
+            # the limit is 95 % of the scaled height, because the button's border is not scaled
             assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)
             assert window.header.devices.isVisible()
             assert window.status.clamp.isVisible()

@@ -1,4 +1,4 @@
-"""The pictures of the README and the docs: one command takes them all, one for every environment."""
+"""One command takes the pictures of all environments for the README and the documentation."""
 
 import os
 import subprocess

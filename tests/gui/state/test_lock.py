@@ -23,7 +23,10 @@ PLACES = [STIFFNESS, LOOP, DEVICE, *(("environment", key) for key in LIBRARY if 
 
 @pytest.fixture(scope="module")
 def closed():
-    """Return a lock that leaves only the wall's other parameters free. Its hash is slow by design."""
+    """Return a lock under which only the wall's parameters other than stiffness can be changed.
+
+    All tests share it, because hashing its code is slow by design.
+    """
     return Lock.closed(PLACES, "1234")
 
 
@@ -169,7 +172,7 @@ def test_locking_and_unlocking_in_a_dialog_survive_a_restart(window, make_window
     again = make_window()
     again.state.restore()
     assert again.studio.permissions.lock == window.studio.permissions.lock
-    assert again.studio.values["stiffness"] == 900.0  # the locked value
+    assert again.studio.values["stiffness"] == 900.0  # the locked value is restored
     with pytest.raises(ParameterError):
         again.studio.set_value("stiffness", 250.0)
     again.show_lock()

@@ -61,7 +61,7 @@ def test_a_foreign_file_runs_only_after_its_source_was_shown(home, make_window, 
     assert row.summary == "For a test"
     again = make_window()
     verdict = wait_for_verdict(again, qtbot, lambda: again.own.choose(path))
-    assert verdict.calls == 0  # already tried, therefore loaded immediately
+    assert verdict.calls == 0  # the file was tried before, so it is loaded without a trial
     assert again.studio.environment.key == "ada"
 
 

@@ -91,7 +91,7 @@ def test_incompatible_values_are_refused_with_and_without_an_engine(kept_idle_wi
 
 @pytest.mark.slow
 def test_a_gap_is_hatched_and_labelled_in_the_plot(window, qtbot):
-    """This also holds if the beginning of the gap has left the plot."""
+    """A gap is also marked if its beginning has left the plot."""
     history, plots = window.live.history, window.centre.time
     qtbot.waitUntil(lambda: window.live.tick() or len(history) > 200)
     window.live._reader = None  # from now on only the test's rows
@@ -112,7 +112,7 @@ def test_a_gap_is_hatched_and_labelled_in_the_plot(window, qtbot):
     ("x", "before", "found"),
     [
         ([0.0, 0.1, np.nan, 2.1, 2.2, np.nan, 2.3, np.nan], None, [(0.1, 2.1)]),
-        ([np.nan, 1.0], None, []),  # no sample exists before the first one
+        ([np.nan, 1.0], None, []),  # there is no gap before the first sample of a history
         ([np.nan, 5.0, 5.1], 1.0, [(1.0, 5.0)]),  # a gap that began before the window
         ([5.0, 5.1], 4.9, []),
         ([], 1.0, []),

@@ -117,7 +117,7 @@ def test_a_drag_is_one_step_and_a_drag_back_to_its_start_is_none(window):
     thumb = round(slider._place(slider._exact))
     QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     QTest.mouseMove(slider, QPoint(thumb + 30, y))
-    studio.set_value("damping", start)  # set the exact value, because a pixel is less exact
+    studio.set_value("damping", start)  # a pixel is too coarse for the exact value
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     assert not stack.canUndo()
 

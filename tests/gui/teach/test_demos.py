@@ -180,7 +180,8 @@ def test_a_demo_follows_its_clock_and_restores_the_settings(shown, tmp_path):
 
 def test_moving_the_handle_or_changing_a_setting_ends_a_demo(shown, tmp_path, monkeypatch):
     studio, path = shown.studio, written(tmp_path)
-    # a slow computer may release the hand while the demo's stiff wall still throws the handle out too fast
+    # on a slow computer, the hand could be released while the demo's stiff wall still accelerates the handle,
+    # which would cause an over-speed fault
     monkeypatch.setattr(studio, "release_at_rest", lambda: None)
     before = settings_of(studio)
     scene = shown.centre.scene

@@ -105,7 +105,7 @@ def test_an_e_stop_restarts_the_trial(pointed, qtbot):
 
 
 def test_the_dialog_is_operated_by_keyboard(kept_window, qtbot):
-    """The plan has two rounds of eight conditions and nine pairs, which make 144 trials."""
+    """The plan has 2 rounds of 8 conditions and 9 pairs of distance and width: 144 trials."""
     window = kept_window
     window.actions_by_key.run("teach.pointing")
     dialog = sheet_of(window, PointingDialog)

@@ -126,7 +126,8 @@ def test_the_cursors_measure_the_hidden_stiffness_while_pushing_into_the_wall(as
         studio.move_hand(0.0)
         qtbot.waitUntil(lambda: reached(live, ramped))
         begun = live.history.now
-        for target in (3.0 * depth, 0.0, 3.0 * depth):  # the hand's spring is compressed
+        # the target is three times as deep as the handle shall go, because the hand yields like a spring
+        for target in (3.0 * depth, 0.0, 3.0 * depth):
             studio.move_hand(studio.values["position"] + target)
             until = live.history.now + 0.4
             qtbot.waitUntil(lambda until=until: reached(live, until))

@@ -72,6 +72,6 @@ class Played:
         assert self.dialog.step.result.good
 
     def hang(self, mass):
-        """Hang a mass in kg on the handle, and release the hand a second after the motor carries it."""
+        """Hang a mass in kg on the handle; the hand lets go one second after the motor begins to carry it."""
         self.lead(0.0)
         student.hang(self.kit, mass)

@@ -98,7 +98,7 @@ def test_texts_fit_controls_have_names_and_a_skipped_step_states_its_assumption(
     place = rows.visualItemRect(rows.item(3)).center()
     qtbot.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert dialog.index == 3
-    dialog.back.click()  # to the previous step, not to the old selection of the list
+    dialog.back.click()  # this selects the previous step, not the step that was selected before
     assert dialog.index == rows.currentRow() == 2
 
 
@@ -264,7 +264,7 @@ def test_an_encoder_counts_both_ways(played, monkeypatch):
     assert np.ptp(sensor.plot.values) < 3 * reach
     play.dialog.go(6)
     play.press(play.dialog.save_step.save)
-    assert "in the middle:" in play.dialog.save_step.box.words.text()  # instructions for power-on
+    assert "in the middle:" in play.dialog.save_step.box.words.text()  # the text says how to power on
 
 
 class LateKit(PaddleKit):
