@@ -24,7 +24,7 @@ def run(*command, cwd, **environment):
         env=inherited | environment,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
