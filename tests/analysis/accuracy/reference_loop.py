@@ -17,10 +17,10 @@ FINE = 16_000.0  # Hz: the lowest rate of the handle's integration steps
 
 
 class Kalman:
-    """Kalman filter for a quantised position, with white acceleration noise of 0.01 m²/s³."""
+    """Kalman filter for a quantised position, with white acceleration noise of density q in m²/s³."""
 
-    def __init__(self, period, quantum):
-        q, r = 0.01, quantum**2 / 12.0
+    def __init__(self, period, quantum, q=0.01):
+        r = quantum**2 / 12.0
         spread = q * np.array([[period**3 / 3.0, period**2 / 2.0], [period**2 / 2.0, period]])
         move, seen = np.array([[1.0, period], [0.0, 1.0]]), np.array([[1.0], [0.0]])
         p = solve_discrete_are(move.T, seen, spread / r, np.eye(1))[:, 0]

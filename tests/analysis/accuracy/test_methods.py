@@ -1,6 +1,7 @@
 """Recomputes every row of the sheets on integrators, contact, servo rate and friction on a handle."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ NUMBER = {key: n for n, key in enumerate(INTEGRATORS)}
 LIBRARY = environments.discover()
 
 
+@cache
 def one_step(method, h, k, b):
     """Return the matrix of one step of (x, v, previous a) for x'' = -k x - b v."""
     eye, a = np.eye(2), np.array([[0.0, 1.0], [-k, -b]])

@@ -8,6 +8,7 @@ import pytest
 from hapkit_studio.analysis.accuracy import friction, integrators
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
+from tests.analysis.accuracy.test_methods import one_step
 
 MASS, SPRING, STATIC, KINETIC, SPEED = 0.05, 300.0, 1.0, 0.5, 0.02
 TRUE_PERIOD = 0.211193  # s: computed by a solver that locates every stop
@@ -150,35 +151,10 @@ def free_step(method, x, v, before, pull, h):
 
     If friction changes v afterwards, x changes by dx/dv times that change.
     """
-
-    def a(q):
-        return (pull - SPRING * q) / MASS
-
-    now, half = a(x), 0.5 * h
-    if method == "explicit_euler":
-        return x + h * v, v + h * now, 0.0
-    if method == "semi_implicit":
-        u = v + h * now
-        return x + h * u, u, h
-    if method == "lecture":
-        u = v + half * (before + now)
-        return x + half * (v + u), u, half
-    if method == "verlet":
-        q = x + h * v + 0.5 * h * h * now
-        return q, v + half * (now + a(q)), half
-    if method == "rk4":
-        w = np.array([[0.0, 1.0], [-SPRING / MASS, 0.0]])
-        slopes, y = [], np.array([x, v])
-        for share in (0.0, half, half, h):
-            at = y + share * slopes[-1] if slopes else y
-            slopes.append(w @ at + [0.0, pull / MASS])
-        q, u = y + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
-        return q, u, half
-    if method == "implicit_euler":
-        u = (v + h * now) / (1.0 + h * h * SPRING / MASS)
-        return x + h * u, u, h
-    u = (v + h * now - half * half * SPRING / MASS * v) / (1.0 + half * half * SPRING / MASS)
-    return x + half * (v + u), u, half
+    rest = pull / SPRING  # the matrix describes the motion about the position of rest
+    q, u, _ = one_step(method, h, SPRING / MASS, 0.0) @ (x - rest, v, before)
+    follows = {"explicit_euler": 0.0, "semi_implicit": h, "implicit_euler": h}.get(method, 0.5 * h)
+    return q + rest, u, follows
 
 
 @pytest.mark.slow

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_are
 from scipy.signal import butter, lfilter
 
 from hapkit_studio.analysis.accuracy import velocity
 from hapkit_studio.analysis.accuracy.velocity import PLAN, SIGNALS, VARIANTS
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
+from tests.analysis.accuracy.reference_loop import Kalman
 
 QUANTUM, T = 20.7e-6, 1e-3
 
@@ -36,11 +36,8 @@ def filtered(spec, position):
     if key == "foaw":
         return longest_line(counts, options["noise"])
     if key == "kalman":
-        q, r = options["q"], QUANTUM**2 / 12.0
-        spread = q * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
-        move, seen = np.array([[1.0, T], [0.0, 1.0]]), np.array([[1.0], [0.0]])
-        p = solve_discrete_are(move.T, seen, spread / r, np.eye(1))
-        alpha, beta = p[:, 0] / (p[0, 0] + 1.0) * [1.0, T]
+        kalman = Kalman(T, QUANTUM, options["q"])
+        alpha, beta = kalman.alpha, kalman.beta * T
         return lfilter([beta / T, -beta / T], [1.0, alpha + beta - 2.0, 1.0 - alpha], counts)
     raw = np.diff(counts, prepend=counts[0]) / T
     if key == "butterworth":
