@@ -72,6 +72,6 @@ class Played:
         assert self.dialog.step.result.good
 
     def hang(self, mass):
-        """Hang a mass in kg on the handle; the hand lets go one second after the motor begins to carry it."""
+        """Hang a mass in kg on the handle; the hand lets go 1.2 s after the motor begins to carry it."""
         self.lead(0.0)
         student.hang(self.kit, mass)
