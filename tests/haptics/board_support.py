@@ -34,8 +34,8 @@ class Loaded:
 class RendersItself(FakeKit):
     """A board that receives a law in pieces, and changes of the law; it renders or refuses the complete law.
 
-    ``refuses`` is the reason for refusing, ``deaf`` the number of messages to ignore by kind, and ``moving``
-    the number of ramps for constants.
+    ``refuses`` is the reason for which it refuses the law. ``deaf`` is the number of messages of each kind
+    that it ignores. ``moving`` is the largest number of constants that it can ramp at the same time.
     """
 
     def __init__(self, arena=ARENA, refuses=Refusal.NONE, moving=255, **options):
@@ -74,7 +74,7 @@ class RendersItself(FakeKit):
 
     @property
     def told(self):
-        """Return the generation in telemetry: that of the last change, or of the unchanged law."""
+        """Return the generation that telemetry contains: that of the last change, or of an unchanged law."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
 
@@ -92,7 +92,7 @@ class BoardSetup:
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
         self.told = board.told
-        self.seq = self.clock = 0  # ``clock`` is the offset of the board's clock in µs
+        self.seq = self.clock = 0  # ``clock`` in µs is added to the time stamps of the board
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 
     def frame(self):

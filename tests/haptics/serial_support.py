@@ -32,7 +32,7 @@ def samples(*seqs):
 class SteppedBoard(HapkitBoard):
     """A board that receives messages at once; ``say`` returns after the loop has answered its data.
 
-    answer(message) returns bytes that the board sends before its next data, or None.
+    The function answer(message) returns bytes that the board sends before its next data, or None.
     """
 
     def __init__(self, answer=None):
@@ -66,7 +66,7 @@ class SteppedBoard(HapkitBoard):
     def say(self, data, late=0.0):
         """Let the loop handle a chunk; return its rows.
 
-        The loop's clock shows that the chunk is on time, or ``late`` s after the last answer.
+        By the loop's clock, the chunk arrives on time, or ``late`` s after the last answer if this is not 0.
         """
         _, conn, _, _ = self._loop
         data, self._reply = self._reply + data, b""

@@ -1,4 +1,4 @@
-"""The parameter block and the ordered words are read correctly while a writer never pauses."""
+"""Blocks of parameters, and words with acquire and release ordering, are read correctly during writes."""
 
 import threading
 
@@ -59,7 +59,7 @@ def is_whole(settings, program):
 
 @compiled
 def listen(shared, copy, wanted):
-    """Read ``wanted`` blocks; return how many were torn, and how many were older than an earlier one."""
+    """Read ``wanted`` blocks; return how many were torn, and how many were older than the one read before."""
     torn = backwards = 0
     newest = 0.0
     while wanted > 0:
@@ -73,9 +73,9 @@ def listen(shared, copy, wanted):
 
 @compiled
 def adopt_many(r, wanted):
-    """Refresh the arrays as the tick does until ``wanted`` blocks have arrived.
+    """Copy new blocks into the loop's arrays, as the tick does, until ``wanted`` blocks have arrived.
 
-    Return how many of them were torn.
+    Return how many of these blocks were torn.
     """
     torn = 0
     last = r.settings.params[0]

@@ -1,4 +1,4 @@
-"""Runs without rows give exactly the samples of the batch engine, whatever was rendered before."""
+"""Cells rendered one after another in the same memory have exactly the samples of separate headless runs."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from hapkit_studio.haptics import cell_batch, headless, rows
 
 EVERY = cell_batch.Limits(math.inf, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
 PART = 40
-# columns: stiffness, damping, centre. Row 1 diverges, row 2 settles, and the others are in between.
+# columns: stiffness in N/m, damping in N·s/m, centre in m; the first row diverges, and the second row settles
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
 STARTS = np.array([1e-3, 4e-3, -2e-3, 4e-3])
 SCENES = [
@@ -36,7 +36,7 @@ def cells(weights: float = 0.0, part: int = PART) -> cell_batch.Cells:
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
-    """Return the rows of one cell that the batch engine renders in separate arrays."""
+    """Return the rows of one cell from a headless run, which has its own arrays."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
     return headless.render(scene, hand, cell_batch.PARTS * part)[0]
@@ -57,7 +57,7 @@ def test_every_run_equals_the_batch_engines_bit_for_bit(device, loop, grip):
 
 
 def render_nothing(r, body, flat, made) -> None:
-    """Reset arrays and a plant to the start of a cell without rendering samples."""
+    """Reset the loop's arrays and the plant to a cell's initial state, without rendering samples."""
     none = cell_batch.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
     found = cell_batch.CellResults(np.zeros((1, cell_batch.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
     cell_batch.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)

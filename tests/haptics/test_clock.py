@@ -1,4 +1,4 @@
-"""Each system's clock and sleep use absolute times, release the GIL, and can be called by cached code."""
+"""On each operating system, clock and sleep use absolute times, release the GIL, and work in cached code."""
 
 import ctypes
 import os

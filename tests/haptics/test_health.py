@@ -1,4 +1,4 @@
-"""The histogram of lateness, and the messages of latched faults."""
+"""The histogram of the loop's lateness, and the messages about latched faults."""
 
 import math
 

@@ -1,4 +1,7 @@
-"""A law slower than a period causes a fault within 0.1 s of processor time: live, headless, observed."""
+"""A law slower than a period causes a fault within 0.1 s of processor time.
+
+The law is called by a live loop, in a headless run, and by the passivity observer.
+"""
 
 import math
 from dataclasses import replace
@@ -90,7 +93,7 @@ def test_a_law_below_its_period_runs_and_one_above_it_is_latched_within_a_tenth_
         (1.2 * MS, 0.0, 5),  # the five calls take 6 ms in total
         (4.9 * MS, 0.0, 2),
         (49.0 * MS, 0.0, 2),
-        (50.0 * MS, 0.0, 1),  # one call takes more than half of the tenth of a second
+        (50.0 * MS, 0.0, 1),  # a single call of 50 ms is too long
         (49.0 * MS, 0.2, None),  # the law is slow once, and again long after that
         (1.2 * MS, 0.02, 5),
         (1.2 * MS, 0.03, None),  # within 0.1 s there are four calls, which take 4.8 ms
@@ -102,7 +105,7 @@ def test_one_long_call_is_tolerated_and_several_within_a_tenth_of_a_second_are_n
 
 
 class Clocks:
-    """Clocks of wall-clock time and processor time, which advance by a fixed duration in s per tick."""
+    """A clock of wall-clock time and one of processor time; each advances by a fixed time in s per tick."""
 
     def __init__(self, wall, processor):
         self.time, self.used, self.step = 50.0, 3.0, (wall, processor)
@@ -214,7 +217,10 @@ def test_the_observer_calls_a_law_everywhere_unless_a_call_takes_more_than_250_i
     [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
 )
 def test_a_live_loop_gives_the_observer_at_most_half_a_period(each, cells):
-    """The tick calls the law once, and each cell twice, so nine calls in half a period give four cells."""
+    """The tick needs one call of the law, and each cell of the observer needs two.
+
+    For example, if half a period suffices for nine calls, the observer can evaluate four cells.
+    """
     each *= 1.0 - 1e-9
     r = observed(CONSTANT, None, 2, law_time=each)
     assert r.watch.cells_known == 1 + 2 * cells

@@ -1,4 +1,4 @@
-"""The passivity observer: its energy equals an independent sum; storable energy, alarms, restarts."""
+"""The passivity observer: its sum of energy, the energy that a law can store, alarms, and restarts."""
 
 import math
 from dataclasses import replace
@@ -90,7 +90,10 @@ def test_a_bounce_off_a_sampled_wall_has_the_theoretical_energy(stiffness):
 
 
 def least_squares_of_speed(counts, quantum):
-    """Return the smallest sum of moved²/PERIOD over all motions that start at the first count's middle."""
+    """Return the smallest possible sum of (change of position)² / PERIOD of motions with these counts.
+
+    All motions start in the middle of the first count.
+    """
     steps = np.diff(np.eye(len(counts)), axis=0)[:, 1:] / math.sqrt(PERIOD)
     middle = (counts - counts[0])[1:]
     found = lsq_linear(
@@ -104,7 +107,7 @@ def least_squares_of_speed(counts, quantum):
 def test_the_proven_dissipation_is_a_lower_bound(seed):
     """The proven dissipation is at least 90 % of the exact minimum.
 
-    It exceeds the minimum at most in its last piece, by no more than one count at the top speed.
+    It may exceed the minimum only in the last, incomplete interval, by one count at the top speed.
     """
     rng, quantum, t = np.random.default_rng(seed), 20.7e-6, np.arange(300) * PERIOD
     hertz, phase = rng.uniform(1.0, 12.0, 3), rng.uniform(0.0, 6.0, 3)

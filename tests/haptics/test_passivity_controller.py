@@ -38,7 +38,7 @@ def to_the_hand(out):
     return (out[1:, rows.ENERGY] - taken).max()
 
 
-# stiffness as multiples of the exact limit, theory 1.4
+# columns: damping in N·s/m, delay in s, exact limit of the stiffness in N/m (theory 1.4), stiffness / limit
 BEYOND = [
     (0.0, 0.0, 1001.7, 1.2),
     (0.0, 0.0, 1001.7, 3.0),
@@ -71,7 +71,7 @@ COUNTED = [
     (4000.0, 1.75e-3, 80e-6, 0.2, 240.0),
     (4000.0, 0.0, 5e-6, 0.5, 12000.0),
     (500.0, 2e-3, 10e-6, 0.5, 500.0),
-    # these delays are a fraction of a period
+    # the following delays are fractions of a period
     (500.0, 0.6e-3, 20.7e-6, 0.5, 1260.0),
     (500.0, 0.6e-3, 0.0, 0.5, 1260.0),
     (500.0, 1.0e-3, 0.0, 0.5, 1260.0),
@@ -82,8 +82,8 @@ COUNTED = [
 def energies(device, stiffness, rate, delay, seconds, controller=True):
     """Return the true energy (n,) in J of a released spring, and the energy gain that theory allows.
 
-    The gain is the threshold of an alarm plus the energy of a power (K (T/2 + td) - b) v² in W (theory 1.1).
-    The power acts for a delay and two periods, until the answer to a measured sample takes effect.
+    The gain is the threshold of an alarm, plus the energy that a delayed spring adds until the controller's
+    answer takes effect: the power (K (T/2 + td) - b) v² in W (theory 1.1) for a delay and two periods.
     """
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))

@@ -1,4 +1,4 @@
-"""Each system is asked for a priority, the result is described, and a runaway thread loses its priority."""
+"""The priority of the loop's thread on each operating system: request, description, and loss if it hangs."""
 
 import ctypes
 import os
@@ -77,7 +77,7 @@ def test_the_description_agrees_with_the_kernel_and_everything_is_restored(tmp_p
     assert bool(obtained.how) == (level < 80)
     assert after & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
     assert slack[2] == slack[0]
-    assert slack[1] in (0, 1)  # the kernel ignores the slack of real-time threads, and may report none
+    assert slack[1] in (0, 1)  # the kernel ignores the timer slack of real-time threads; it may report 0
     assert device.read_bytes() == bytes(4)
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", tmp_path / "no" / "such")
     assert in_thread(realtime_linux.keep_processors_awake) is False

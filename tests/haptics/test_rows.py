@@ -23,7 +23,7 @@ def write(out, first, count):
 
 @compiled
 def write_on(out, pause):
-    """Publish rows until told to stop, with random pauses of at most ``pause`` reads of a word."""
+    """Publish rows until told to stop; the random pauses last as long as up to ``pause`` reads of a word."""
     k = 0
     while load_acquire(out.control.quit, 0) == 0:
         write(out, k, 1)

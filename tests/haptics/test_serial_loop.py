@@ -252,7 +252,7 @@ def by_port(r, conn, out, data):
 
 
 def test_both_loops_give_the_same_rows_and_answers():
-    """If a loop is delayed between two chunks, its force is zero; in that case both loops run again."""
+    """A busy machine may delay a loop, so that its force becomes zero; in that case both loops run again."""
     data = b"".join(frames_of(counts_of(), delay_us=300))
 
     def played(loop):
@@ -352,7 +352,7 @@ def ended(line_ends):
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
 def test_the_last_message_is_a_zero_command(line_ends, fault):
-    """If a busy machine delayed the loop before the samples, or the test after them, the test is repeated."""
+    """The test is repeated if a busy machine delayed the loop before the samples, or this test after them."""
     for _ in range(ATTEMPTS):
         sent, found = ended(line_ends)
         assert sent[-1] == Force(0, 0, 0.0)

@@ -93,7 +93,7 @@ def test_an_approaching_hand_causes_no_more_force_than_a_slow_one(key):
 
 
 def strokes(speed, count, back):
-    """Return the pointer of a person who strokes 60 mm of fur from the head on, and returns to the head."""
+    """Return the pointer's positions (n,) in m while a person strokes 60 mm of fur, starting at the head."""
     there = dragged(-0.03, 0.03, speed=speed)
     if back == "dragged":
         return np.concatenate([held(-0.03, 0.5), *[there, there[::-1]] * count])

@@ -1,4 +1,4 @@
-"""The tick, compiled and interpreted, agrees with the same chain in plain numpy."""
+"""The tick, both compiled and interpreted, gives the rows of the same computation in plain numpy."""
 
 import os
 import subprocess
@@ -45,7 +45,7 @@ def test_rows_agree_with_the_chain():
     np.testing.assert_allclose(out[:, rows.ENERGY], np.cumsum(effects * moved), rtol=1e-9, atol=1e-15)
     np.testing.assert_array_equal(out[:, rows.PERIOD], 1.0 / RATE)
     clamped = np.where(np.abs(asked) > 1.0, rows.CLAMPED, 0)
-    # the ACTIVE flag is left out; it is set, because these forces deliver energy without a source
+    # the flag ACTIVE is ignored; it is set, because these forces deliver energy that no law has stored
     flags = out[:, rows.FLAGS].astype(int) & ~rows.ACTIVE
     np.testing.assert_array_equal(flags, clamped)
     assert 0 < np.count_nonzero(clamped) < 400
