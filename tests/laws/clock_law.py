@@ -1,4 +1,4 @@
-"""A law that counts its calls to time a vibration; it starts near the end of an hour at 4 kHz."""
+"""A law that times a vibration by counting its calls; its counter starts just below an hour at 4 kHz."""
 
 TEXT = '''"""A vibration of 100 ms after a touch, by a clock that counts calls."""
 

@@ -29,7 +29,7 @@ MOST_WAYS = 32
 
 
 class Unclear(Exception):
-    """Raised if rounding alone could cause a fault, another integer, or an overflow."""
+    """Raised if rounding alone could cause a fault, an overflow, or a different integer result."""
 
 
 class Fault(Exception):
@@ -137,7 +137,11 @@ class Analysis:
         return force, error
 
     def _takes(self, found: int, possible: int, mask: int) -> bool:
-        """Return True if this path jumps: as prescribed, or else as in double precision."""
+        """Return True if the current path takes a jump.
+
+        If rounding could change the decision, the path's prescribed decisions apply; after them, the decision
+        in double precision applies.
+        """
         if not possible & mask or not possible & ~mask:
             return bool(possible & mask)
         turn = len(self._turns)
@@ -208,7 +212,7 @@ def apart(value, error, other, off) -> float:
 
 
 def outcomes(a, e, s, se) -> tuple[int, int]:
-    """Return how A compares with a slot, and all results possible in single precision, as bit masks."""
+    """Return two bit masks: the result of comparing A with a slot, and all results that rounding permits."""
     if math.isnan(a) or math.isnan(s):
         return 8, 8
     found = 1 if a < s else 2 if a == s else 4

@@ -11,7 +11,7 @@ PLAIN = [o for o in OPERATIONS if o.code >= 0x10 and o.operands in ("", "s")]
 
 
 def code(*words: str | int | bytes) -> bytes:
-    """Return code: operations are given by name, operands and compared masks as numbers."""
+    """Return machine code; arguments are names of operations, operands, masks of jumps, and other code."""
     found = b""
     for word in words:
         found += (
@@ -33,7 +33,7 @@ class RandomCode:
 
 
 class _Writer:
-    """A writer of sections, which tracks each subroutine's length and counters."""
+    """A writer of random sections of code; it stores each subroutine's offset and number of loop counters."""
 
     def __init__(self, rng: np.random.Generator, states: int, given: int, slots: int, wild: float):
         self.rng = rng

@@ -1,4 +1,4 @@
-"""A user's law that plays back a measured object from tables, and its force by numpy."""
+"""A user's law that plays back a measured object from tables, and the same force computed with numpy."""
 
 import numpy as np
 

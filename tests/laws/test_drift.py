@@ -130,7 +130,7 @@ def test_a_sum_of_dt_drifts_as_far_as_the_message_says(machine, tmp_path):
     assert abs(states[-1, 0] - 10.0) == pytest.approx(3e-3, abs=1e-3)
     machine.set(2, 590.0)
     _, states = machine.run(np.zeros((10 * RATE, 2)))
-    assert abs(states[-1, 0] - 600.0) > 0.05  # the last 10 s of 10 min alone cause this error
+    assert abs(states[-1, 0] - 600.0) > 0.05  # s: error that arises within 10 s, from 590 s to 600 s
 
 
 def clocked(folder):
@@ -141,7 +141,10 @@ def clocked(folder):
 
 
 def touches(start, count):
-    """Return rows (count, 2) from a call number on, half of them in contact, and their forces (count,)."""
+    """Return rows (count, 2) of position and velocity from a call number on, and their forces (count,) in N.
+
+    The handle is in contact in every other 1000 rows.
+    """
     call = start + 1 + np.arange(count)
     since = (call % 2000) / RATE
     inside = call % 2000 < 1000

@@ -1,6 +1,6 @@
-"""Faults inside a law raise no exception and do not hang.
+"""A fault inside a law raises no exception and does not hang.
 
-They latch with their line, and the force is zero.
+It is latched with its line, and the force is zero.
 """
 
 import textwrap
@@ -49,7 +49,7 @@ CASES = [
     ("a = 1.0\nb = math.sqrt(-a)\nreturn b + 1.0", "(line {})", "b = "),
     ("a = 1e300\nb = a * a\nreturn b", "(line {})", "return b"),
 ]
-# 4 ** 5 calls, each with a loop; every function alone is below the limits
+# doubled_5() causes 4 ** 5 calls, each with a loop, although every function alone is below the limits
 BESIDE = (
     "def quotient(a):\n    return 1.0 / a\n"
     "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"

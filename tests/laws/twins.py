@@ -94,7 +94,7 @@ class Plain:
 
 @dataclass
 class Found:
-    """The result of a comparison: rows, compared rows, faults among them, and largest difference in N."""
+    """Results of a comparison: numbers of rows, compared rows, faults and restarts; largest error in N."""
 
     rows: int = 0
     compared: int = 0
@@ -106,7 +106,7 @@ class Found:
 
 @dataclass
 class _Row:
-    """The law's result in one call, and the board's error bound; ``clear`` results can be compared."""
+    """The law's result in one call, and the board's error bound; ``clear``: they can be compared."""
 
     force: float
     bound: float
