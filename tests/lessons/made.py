@@ -1,4 +1,4 @@
-"""Samples computed from formulas, and changes that turn them into wrong data."""
+"""Samples computed from formulas, and functions that return wrong variants of given samples."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A check evaluates an interval of the samples, and gives an answer."""
+"""A check finds an interval of the samples that it can evaluate, and returns an answer."""
 
 import math
 from dataclasses import replace

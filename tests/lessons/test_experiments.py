@@ -1,4 +1,4 @@
-"""Experiments in a session's file: every trial is an event, and is measured again from the samples."""
+"""Experiments in session files: every trial is stored as an event; its results follow from the samples."""
 
 import json
 import sqlite3
@@ -30,7 +30,7 @@ def copied(pointed, tmp_path):
 
 
 def edit(path, kind, change, only=0):
-    """Change the event with number ``only`` of a kind, and correct its checksum."""
+    """Change event number ``only`` among the events of a kind, and correct its checksum."""
     with closing(sqlite3.connect(path)) as database:
         found = database.execute("SELECT id, time, what FROM event WHERE kind = ?", (kind,)).fetchall()
         row, time, what = found[only]

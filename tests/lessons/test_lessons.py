@@ -34,7 +34,10 @@ SATISFIED_AT_REST = ("rest", "position")
 
 
 def off_by_twice_the_tolerance(check, samples, value):
-    """Return samples whose value is wrong by twice the tolerance, half of a minimum, or twice a maximum."""
+    """Return samples whose measured value must fail a check.
+
+    The value is wrong by twice the tolerance, or is half of the check's minimum or twice its maximum.
+    """
     if check.measure == "position":
         return shifted(samples, 2.0 * check.tolerance)
     if check.measure == "work":

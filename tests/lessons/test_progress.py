@@ -66,7 +66,7 @@ def test_all_tasks_are_done_by_a_student_who_does_everything(lesson, played):
 
 
 def test_an_interval_is_that_of_its_rows(lesson, played):
-    """The rows' clock started long before the step, and the interval is given on this clock."""
+    """The rows' clock started long before the step, and the interval's ends are times of this clock."""
     step, one = played[0]
     given = rows_of(one, 1e4)
     (found,) = evaluate_rows(checks_of(1, step), given, {}).values()
