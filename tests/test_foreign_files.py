@@ -81,8 +81,8 @@ def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
 def run(words: list[str]) -> tuple[int, str, str]:
     """Run a command in this process; return its exit code and its output.
 
-    A report takes 0.5 to 1 s of processor time for its figures; beside other programs 2 of 310 took 2 s.
-    Only a report that takes too long runs a second time.
+    The figures of a report take 0.5 to 1 s of processor time, and sometimes 2 s beside other programs.
+    Therefore a report that exceeds the time limit runs a second time.
     """
     try:
         return run_once(words)

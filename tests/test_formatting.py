@@ -60,7 +60,7 @@ def test_very_small_or_large_values_are_powers_of_ten():
 
 
 def test_texts_for_people_are_rounded_by_these_functions_only():
-    """In these folders, an f-string may give a precision (as in ".3g") only if its result is parsed again."""
+    """In these folders, an f-string may have a precision (such as ".3g") only if the text is parsed again."""
     own = Path(str(files("hapkit_studio")))
     found = []
     for folder in ("gui", "analysis", "charts", "environments", "commands", "haptics"):

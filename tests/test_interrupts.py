@@ -1,4 +1,4 @@
-"""Ctrl+C ends the program with 130 and no traceback at any time; closed and full outputs end it with 2."""
+"""Ctrl+C ends the program at any time with exit code 130; a closed or full output ends it with code 2."""
 
 import os
 import signal

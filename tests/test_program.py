@@ -54,7 +54,7 @@ def test_a_bundle_uses_its_machine_code_on_processors_with_all_features_of_its_b
     v3 = "avx avx2 bmi bmi2 cx16 f16c fma lzcnt movbe popcnt sahf sse3 sse4.1 sse4.2 ssse3 xsave avx512f"
     features = {name: name != missing for name in v3.split()}
     monkeypatch.setattr(binding, "get_host_cpu_features", lambda: features)
-    monkeypatch.setattr("platform.machine", lambda: "AMD64")  # Windows has this name for x86-64
+    monkeypatch.setattr("platform.machine", lambda: "AMD64")  # Windows' name of x86-64
     assert program.uses_shipped_code() is used
     assert program.baseline() == ("x86-64-v3" if used else None)
 

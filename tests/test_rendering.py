@@ -1,4 +1,4 @@
-"""Rendering agrees with theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
+"""Rendering agrees with theory: motion, stability limits, energy, imposed motion, and hands."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,10 @@ def device(**given):
 
 @pytest.mark.parametrize("late", [0.0, 0.001, 0.5, 0.999, 1.0, 7.3])
 def test_motion_is_exact_for_delays_of_any_fraction(late):
-    """The motion of a medium hand on a spring with a damper by backward difference is exact to 1e-6."""
+    """A medium hand moves against a spring and a damper, whose velocity is a backward difference.
+
+    The motion agrees with theory to 1e-6.
+    """
     stiffness, damping, mass, viscous = 30.0, 0.3, 0.06, 0.8
     for rate in (1000.0, 370.0):
         period = 1.0 / rate
@@ -144,7 +147,7 @@ def test_the_energy_of_a_bounce_off_a_wall_agrees_with_the_formula(stiffness, ra
 
 
 def test_imposed_motion_gets_exactly_the_laws_force():
-    """The force is exactly -k d or -b v at the prescribed position, which the motor cannot change."""
+    """The motor cannot change the prescribed position, and the force is exactly -k times the depth."""
 
     def motion(t):
         return 0.012 * math.sin(7.0 * t)

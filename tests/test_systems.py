@@ -107,7 +107,7 @@ def one_line(capsys, *words):
     "system", [pytest.param("posix", marks=pytest.mark.skipif(os.name == "nt", reason="no pwd")), "nt"]
 )
 def test_an_unknown_home_directory_gives_one_line(monkeypatch, capsys, system):
-    def unknown(_user):  # as documented for a user without an entry, such as a container's
+    def unknown(_user):  # pwd.getpwuid() raises this error for a user without an entry, as in a container
         raise KeyError("uid not found")
 
     for name in ("HOME", "USERPROFILE", "HOMEPATH", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"):
@@ -263,14 +263,14 @@ def comma(tmp_path):
 
 
 def written(folder):
-    """Return the bytes of a run's table, and a sketch, made in the present locale."""
+    """Return the bytes of a run's table and of a sketch, which are written in the current locale."""
     folder.mkdir()
     made = api.simulate("wall", {"stiffness": "1234.5"}, hand="press", seconds=0.05)
     made.save(folder / "run.csv")
     return (folder / "run.csv").read_bytes(), sketch.text(environments.named("wall"), {"stiffness": 1234.5})
 
 
-@pytest.mark.slow  # the locale is made in some seconds
+@pytest.mark.slow  # creating the locale takes some seconds
 def test_files_have_decimal_points_in_a_locale_with_commas(tmp_path, request):
     expected = written(tmp_path / "point")
     request.getfixturevalue("comma")

@@ -55,7 +55,7 @@ def machine(count: int, seed: int, folder: Path) -> str:
 def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
     fuzzer = folder / f"{prefix}fuzzer"
     if fuzzer.exists():
-        # the firmware allocates no memory, but the fuzzer itself needs more and more on a slow machine
+        # the firmware allocates no memory, but the fuzzer itself needs ever more memory on a slow machine
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
         options.append(f"-artifact_prefix={folder}/")
         words = [str(fuzzer), *options]
@@ -166,7 +166,7 @@ def agreement(count: int, seed: int, folder: Path) -> Lines:
 
 
 def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
-    """Return a damaged part or noise with one more random byte; return a good part unchanged."""
+    """Return a part with one more random byte, if it is damaged or noise; return a good part unchanged."""
     if kind < 2:
         return piece
     at = int(rng.integers(len(piece) + 1))

@@ -187,7 +187,7 @@ def test_a_law_is_encoded_as_by_the_plain_codec(law):
 @pytest.mark.slow
 @given(st.binary(min_size=1, max_size=300), st.integers(0, 255), st.data())
 def test_pieces_are_encoded_as_by_the_plain_codec(program, generation, data):
-    words = law_frames.packed(program, 38)  # the last piece may extend beyond the words
+    words = law_frames.packed(program, 38)  # the last piece may extend beyond these 38 words
     at = data.draw(st.integers(0, len(program) - 1))
     taken = program[at : at + PIECE].ljust(PIECE, b"\0")
     assert told(law_frames.encode_piece, generation, at, words) == encode(Piece(generation, at, tuple(taken)))

@@ -265,7 +265,7 @@ def test_names_of_a_later_version_are_kept():
         checked_event('{"a": ' * 40 + "1" + "}" * 40, "camera", "event")
 
 
-# --- heads that claim so many samples that they would take memory or time
+# --- heads that claim more samples than memory or time permit
 
 
 def heads(path, count, samples):

@@ -40,7 +40,7 @@ OFF = (
 
 
 def made(folder, beside=GOOD):
-    """Return the environment of a file that passes the functions in its dictionary ``GIVEN``."""
+    """Return the environment of a file whose dictionary ``GIVEN`` has further arguments of Environment."""
     return reading.load_source(saved(folder, with_functions(beside)))
 
 

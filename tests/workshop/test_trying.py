@@ -1,4 +1,4 @@
-"""A trial calls a law 10,000 times, in sequence and one by one, and reports faults at corner values."""
+"""A trial calls a law at least 10,000 times, and reports faults at limits of its parameters and positions."""
 
 import math
 
