@@ -224,7 +224,7 @@ class TraceCanvas(Canvas):
     def _labels(self, painter: QPainter, box: QRectF) -> list[QRectF]:
         """Label gaps and dividers; return the boxes of these labels.
 
-        A gap's label is in its middle; a divider's label does not cover the trace.
+        A gap's label is in its middle; a divider's label covers neither the trace nor a cursor's tag.
         """
         right, taken = box.right() - _BESIDE, []
         for start, stop in self.shown.gaps:
@@ -238,8 +238,10 @@ class TraceCanvas(Canvas):
             x, wide = self.pixel(time, 0.0).x(), _wide(words)
             left = min(x + _BESIDE, right - wide) if newest else x + _BESIDE
             hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
+            for tag in self._tag_boxes(box).values():
+                hidden |= {r: math.inf for r in hidden if tag.intersects(_label_box(left, r, words))}
             row = min(hidden, key=hidden.__getitem__, default=0.0)
-            # skip an older label that would overlap a newer one or the trace
+            # skip an older label that would overlap a newer one, a tag or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
                 ends[row] = min(left, x) - _BESIDE
                 ground = _label_box(left, row, words)
@@ -249,7 +251,7 @@ class TraceCanvas(Canvas):
             newest = False
         return taken
 
-    def _hidden(self, row: float, left: float, right: float) -> int:
+    def _hidden(self, row: float, left: float, right: float) -> float:
         """Return how many points of the trace a label between two columns would cover."""
         window, channel = self.shown.window, self.plot_of.traces[-1].channel
         x, y = self.to_pixels(window.x - self.shown.zero, window.y[channel] * self.plot_of.scale)
@@ -257,17 +259,25 @@ class TraceCanvas(Canvas):
 
     def _tags(self, painter: QPainter, box: QRectF) -> None:
         """Paint the cursors' names on top of their lines."""
-        size = theme.px(_TAG)
         painter.setFont(theme.font("label"))
-        for name, time in zip(NAMES, self.shown.cursors, strict=False):
-            x = self.pixel(time, 0.0).x()
-            if box.left() <= x <= box.right():
-                tag = QRectF(x - size / 2, box.top(), size, size)
-                painter.setPen(Qt.PenStyle.NoPen)
-                painter.setBrush(theme.color("ink2"))
-                painter.drawRoundedRect(tag, 3, 3)
-                painter.setPen(theme.color("plot"))
-                painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, name)
+        for name, tag in self._tag_boxes(box).items():
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(theme.color("ink2"))
+            painter.drawRoundedRect(tag, 3, 3)
+            painter.setPen(theme.color("plot"))
+            painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, name)
+
+    def _tag_boxes(self, box: QRectF) -> dict[str, QRectF]:
+        """Return the boxes of the visible cursors' names."""
+        size = theme.px(_TAG)
+        places = (
+            (name, self.pixel(time, 0.0).x()) for name, time in zip(NAMES, self.shown.cursors, strict=False)
+        )
+        return {
+            name: QRectF(x - size / 2, box.top(), size, size)
+            for name, x in places
+            if box.left() <= x <= box.right()
+        }
 
     def _cursor_near(self, x: float) -> int | None:
         """Return the index of the cursor near a pixel column (0: A); None if no cursor is near."""

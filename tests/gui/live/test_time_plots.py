@@ -277,6 +277,20 @@ def test_a_divider_label_avoids_the_trace(plots, side):
     assert np.abs(away).min() > 4.0
 
 
+@pytest.mark.parametrize(("cursor", "side"), [(10.2, -1.0), (12.0, 1.0)])
+def test_a_divider_label_avoids_a_cursors_tag(plots, monkeypatch, cursor, side):
+    """The label, which begins at 10 s, is at the bottom if the tag at the top would cover it."""
+    show_divided(plots, 0.0)
+    canvas, rows_of = plots.canvases[0], {}
+    monkeypatch.setattr(canvas, "note", lambda _p, _x, y, text, _token: rows_of.update({text: y}))
+    plots.cursors.show(True)
+    for index in (0, 1):
+        plots.cursors.move(index, cursor)
+    plots.refresh()
+    canvas.grab()
+    assert np.sign(canvas.measure().center().y() - rows_of["Spring"]) == side
+
+
 def test_a_divider_crosses_all_plots_and_is_labelled_once(plots, history):
     """The label of an older divider is hidden if a newer one would overlap it."""
 
