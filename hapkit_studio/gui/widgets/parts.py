@@ -26,6 +26,7 @@ from hapkit_studio.gui.widgets.theme import theme
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
 Margins = tuple[int, int, int, int]
 _Box = TypeVar("_Box", bound=QBoxLayout)
+_NARROW_ANSWERS = 256  # px: between the width of answers in the narrow panel (240) and in the wide one (268)
 
 
 def hbox(
@@ -177,6 +178,18 @@ class AnswerLines(QWidget):
             mark(line.words, "ink", token if token in ("danger", "warn") else "ink")
         for at, line in enumerate(self.lines):
             line.setVisible(at < len(answers))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Use smaller letters in the panel of a small window, so that most answers need only two lines."""
+        narrow = self.width() < theme.px(_NARROW_ANSWERS)
+        for line in self.lines:
+            mark(line.words, "role", "strong" if narrow else "headline")
+            line.layout().setSpacing(2 if narrow else 8)  # type: ignore[union-attr]
 
 
 def rows_of(column: QWidget) -> Iterator[QWidget]:

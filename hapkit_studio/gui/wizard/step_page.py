@@ -49,7 +49,6 @@ class StepPage(QWizardPage):
         content.setLayout(self.column)
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setWidgetResizable(True)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setWidget(content)
         content.setAutoFillBackground(False)
@@ -97,7 +96,7 @@ class StepPage(QWizardPage):
 
     def add_row(self, *parts: QWidget) -> None:
         """Add a row of widgets, aligned to the left."""
-        self.column.addLayout(hbox(*parts, None, gap=10))
+        self.column.addLayout(hbox(*parts, None, gap=6))
 
     def add_handle(self, picture: QWidget | None = None) -> None:
         """Add a picture of the handle beside another picture.

@@ -38,7 +38,7 @@ class ScaleStep(StepPage):
         self.add_handle()
         self.place = ThousandthsBox("Mark", "mm", -1e3 * REACH, 1e3 * REACH, 1)
         self.take = self.button("Take mark", self.take_mark, primary=True)
-        self.restart = self.button("Delete all marks", self.forget_marks)
+        self.restart = self.button("Delete marks", self.forget_marks)
         self.apply = self.job_button(
             "Use this scale", "Sending the scale…", lambda work: work.use_scale(), self._scale_applied,
             ready=self._scale_usable,

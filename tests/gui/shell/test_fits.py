@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QFileDialog,
+    QGraphicsView,
     QPlainTextEdit,
     QScrollArea,
     QStyle,
@@ -73,13 +74,13 @@ def outside(top: QWidget) -> list[str]:
 
 
 def wider_than_its_view(top: QWidget) -> list[str]:
-    """Return visible scroll areas whose content is wider than the area; code may scroll sideways."""
+    """Return visible scroll areas whose content is wider than the area, except plots and code."""
     found = []
     for area in top.findChildren(QAbstractScrollArea):
         wide = area.horizontalScrollBar().maximum()
         if isinstance(area, QScrollArea) and area.widget() is not None:
             wide = area.widget().width() - area.viewport().width()
-        if area.isVisibleTo(top) and wide > 0 and not isinstance(area, QPlainTextEdit):
+        if area.isVisibleTo(top) and wide > 0 and not isinstance(area, QPlainTextEdit | QGraphicsView):
             found.append(f"{type(area).__name__} {area.accessibleName()!r}: content {wide} px too wide")
     return found
 

@@ -551,6 +551,14 @@ def test_a_longer_verdict_shrinks_no_row_and_the_map_is_visible_for_every_enviro
             assert place(card.map, window).bottom() < place(window.panel, window).bottom(), key
 
 
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
+def test_a_stable_walls_verdict_needs_two_lines_for_each_hand(window, qapp, size):
+    settle(qapp, window, size)
+    shown = [line.words for line in window.stability.verdict.lines if line.isVisible()]
+    heights = [words.heightForWidth(words.width()) / words.heightForWidth(10_000) for words in shown]
+    assert heights == [2, 2], [words.text() for words in shown]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
 def test_the_buttons_above_the_plots_show_their_text(window, qapp, size):
