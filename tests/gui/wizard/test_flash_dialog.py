@@ -47,7 +47,7 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
     monkeypatch.setattr(serial_ports, "ports", lambda: [port])
     monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
     sheet.again.click()
-    words = "The studio's own firmware, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
+    words = "The firmware of Hapkit Studio, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
     assert sheet.verdict.words.text() == words
     assert not sheet.write.isEnabled()
     monkeypatch.setattr(flash, "shipped", lambda: there)
