@@ -13,6 +13,7 @@ from hapkit_studio.gui.state.lock import Lock
 from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.theme import theme
+from tests.gui.shell.test_layout import cut_off
 from tests.wide import wide
 
 SIZES = [(1920, 1080), (1280, 720)]
@@ -99,6 +100,16 @@ def test_the_projected_parts_are_large_and_complete(window, projected, size, key
         assert QFontInfo(part.font()).pixelSize() >= int(20 * share), part.text()
         wide = part.hasHeightForWidth() or part.width() >= part.sizeHint().width()
         assert wide, part.text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [*SIZES, (960, 540)])
+def test_the_buttons_in_the_header_show_all_their_text(window, projected, size):
+    projected(window, size)
+    assert cut_off(window.header) == []
+    window.studio.stop()
+    assert cut_off(window.header) == []
+    window.studio.release_stop()
 
 
 @pytest.mark.slow
