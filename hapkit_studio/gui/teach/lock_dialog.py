@@ -30,6 +30,7 @@ class LockDialog(FormDialog):
         self._studio, self._settings = studio, settings
         self.places = QListWidget()
         self.places.setAccessibleName("Settings to be locked")
+        self.places.setProperty("field", True)
         self.places.setMinimumHeight(theme.px(_LOW))
         self.code, self.again = (QLineEdit(echoMode=QLineEdit.EchoMode.Password) for _ in range(2))
         self.others = QPushButton("Tick all other environments")
