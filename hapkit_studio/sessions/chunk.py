@@ -25,8 +25,8 @@ class Chunk:
     """Consecutive samples: their number, and the times of the first and last in s of the computer's clock.
 
     ``columns`` has each signal's samples as ``encode`` returns them, or None if the signal was not recorded.
-    Its entry "state" has the law's ``states`` variables, one after the other. ``extremes`` has the encoded
-    extremes of every BLOCK samples.
+    Its entry "state" has all samples of the law's first state variable, then those of the next one, and so
+    on; ``states`` is the number of variables. ``extremes`` has the encoded extremes of every BLOCK samples.
     """
 
     count: int
@@ -78,7 +78,7 @@ class Chunk:
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:
     """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk with the first ``states`` state variables.
 
-    ``quantum`` is the sensor's step in m. ``truth``: include the signals that are recorded only on request.
+    ``quantum`` is the sensor's step in m. If ``truth``, signals recorded only on request are included.
     """
     recorded = (s for s in SIGNALS if s.recorded == ALWAYS or (truth and s.recorded == ON_REQUEST))
     columns = {signal.name: _encoded(table, signal, quantum) for signal in recorded}

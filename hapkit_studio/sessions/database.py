@@ -63,8 +63,8 @@ def _has_journal(path: Path) -> bool:
 class Database:
     """A read-only connection to a session's file.
 
-    ``layout`` is the layout of the file's chunks. ``complete``: the recording has ended. ``log_lost``: the
-    recording has not ended, and ``NAME-wal`` with its newest samples is missing.
+    ``layout`` is the layout of the file's chunks. ``complete`` is True if the recording has ended.
+    ``log_lost`` is True if the recording has not ended and ``NAME-wal`` with its newest samples is missing.
     """
 
     def __init__(self, path: Path):
@@ -177,10 +177,10 @@ def _size(path: Path) -> int:
 
 
 def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, Layout]:
-    """Return a connection to a file that has only the tables of a session, and the file's layout.
+    """Open a session's file; return the connection and the file's layout.
 
-    Raise SessionError for other tables, DamagedError for an invalid layout, and DatabaseError for errors of
-    SQLite.
+    Raise SessionError if the file has other tables than a session, DamagedError if its layout is invalid, and
+    DatabaseError for errors of SQLite.
     """
     uri = f"{path.resolve().as_uri()}?{how}"
     database = sqlite3.connect(uri, uri=True, isolation_level=None, check_same_thread=False)

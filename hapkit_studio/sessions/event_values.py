@@ -24,10 +24,11 @@ Check = Callable[[object, str], Any]
 def checked_event(
     text: str, kind: str, place: str, accepted: dict[tuple[str, str], tuple[bytes, Any]] | None = None
 ) -> dict[str, Any]:
-    """Return an event's JSON object; raise FileError, whose text begins with ``place``.
+    """Return an event's JSON object.
 
-    ``accepted`` has the last accepted value for each name of a kind, both serialised and parsed. An identical
-    value is not checked again; the events then share one parsed value.
+    Raise FileError for an invalid value; its text begins with ``place``. ``accepted`` has the last accepted
+    value for each (kind of event, name), both serialised and parsed. An identical value is not checked again;
+    the events then share one parsed value.
     """
     accepted = {} if accepted is None else accepted
     if len(text) > MOST_TEXT:
@@ -86,7 +87,7 @@ def _scalar(value: object, place: str) -> None:
 
 
 def _names(check: Check) -> Check:
-    """Return a check that accepts an object if ``check`` accepts each of its values."""
+    """Return a check that accepts a JSON object if ``check`` accepts each value in it."""
 
     def check_table(value: object, place: str) -> None:
         table = checked_table(value, place)
@@ -107,7 +108,7 @@ def _state_names(value: object, place: str) -> None:
 
 
 def _device(value: object, place: str) -> None:
-    """Check the description of a device, which is a title, or the terms of a simulated device."""
+    """Check the description of a device: its title or, for a simulated device, an object with its terms."""
     (_name if isinstance(value, str) else _names(_scalar))(value, place)
 
 

@@ -51,9 +51,9 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording's file, samples, bytes and duration in s.
+    """The state of a recording: its file, number of samples, size in bytes, and duration in s.
 
-    ``error`` is the reason if the recording ended by itself.
+    If the recording ended by itself, ``error`` is the reason.
     """
 
     path: Path
@@ -71,9 +71,9 @@ class Recorder:
     """
 
     def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
-        """``seconds`` of samples are kept in memory.
+        """Start the recorder, which keeps the last ``seconds`` of samples in memory.
 
-        ``truth``: record a simulation's true motion and hand, too.
+        If ``truth``, a simulation's true motion and hand are also recorded.
         """
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None

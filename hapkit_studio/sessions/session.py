@@ -136,7 +136,7 @@ class Session:
 
     @property
     def damage(self) -> tuple[str, ...]:
-        """Return messages on the damaged rows that have been skipped so far."""
+        """Return messages about the damaged rows that were skipped so far."""
         if not self._damaged:
             return ()
         reason, more = next(iter(self._damaged.values())), len(self._damaged) - 1
@@ -292,9 +292,9 @@ class Session:
         return found
 
     def _is_whole(self, row: int) -> bool:
-        """Return True if a chunk's checksum, and therefore its times, are correct.
+        """Return True if a chunk's checksum is correct, so that its times can be trusted.
 
-        The last result is cached.
+        The result is cached for the last correct chunk.
         """
         if row != self._whole:
             try:
