@@ -89,7 +89,7 @@ class Functions:
         return bool(self.off) or (self._hello is not None and self._hello.done())
 
     def call(self, name: str, *args: Any) -> Any:
-        """Return a function's result; the default if it raises, returns a wrong type or is disabled."""
+        """Return a function's result, or its default if it raises, returns a wrong type or is disabled."""
         convert, otherwise, _ = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)

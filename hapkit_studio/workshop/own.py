@@ -1,6 +1,6 @@
-"""A user's environment: its law always runs compiled, and its other functions run in another process.
+"""A user's environment: its law is always compiled, and its other functions run in another process.
 
-Compiled loops call the compiled law. Python can also call it once, without compiling anything for the call.
+Compiled loops and Python can call the compiled law; a call from Python needs no further compilation.
 """
 
 import ast
@@ -112,7 +112,7 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
 
 
 def _own_formula(formula: str, text: str) -> str:
-    """Return a file's formula; "" if it was copied from a template or an environment with another law."""
+    """Return a file's formula; "" if it was copied from a template or environment whose law is different."""
     begun = [path.read_text(encoding="utf-8") for path in resources.path("templates").glob("*.py")]
     theirs = [other for other in begun if f'formula="{formula}"' in other]
     theirs += [

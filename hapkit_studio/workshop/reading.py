@@ -84,7 +84,7 @@ def _text_for(error: BaseException, inside: bool) -> str:
 
 
 def _line_in(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
-    """Return the last line of a file in a traceback, and whether this is the innermost frame."""
+    """Return the last line of a file in a traceback, and whether the innermost frame is in this file."""
     line, inside = 0, False
     while traceback is not None:
         inside = traceback.tb_frame.f_code.co_filename == file
@@ -222,7 +222,7 @@ def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
 
 
 def _indentation(error: SyntaxError, lines: list[str]) -> str:
-    """Return the message on the indentation that a line needs; "" for other errors."""
+    """Return a message about the indentation that a line needs; "" for other errors."""
     if not isinstance(error, IndentationError) or not 1 < (error.lineno or 1) <= len(lines):
         return ""
     if isinstance(error, TabError):

@@ -247,7 +247,7 @@ def remarks(environment: Environment) -> tuple[Problem, ...]:
 
 
 def _text(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
-    """Return the message on a failed call: fault, arguments, remedy."""
+    """Return the message about a failed call: fault, arguments, remedy."""
     at = [f"x = {1e3 * sequence.x[call]:.6g} mm", f"v = {sequence.v[call]:.6g} m/s"]
     changed = [p for p in environment.parameters if sequence.values[p.key] != p.default]
     at += [f"{p.key} = {p.text(sequence.values[p.key])}" for p in changed]
