@@ -103,8 +103,8 @@ def lines(log: Log) -> list[str]:
 def read(comments: Iterable[str], name: str = "header") -> Log:
     """Return the log in a table's comments, which are given without "#"; () if there are no settings.
 
-    A single JSON object, which was the studio's former format, is accepted, too. Other comments are ignored.
-    Raise FileError, which begins with the file's name, for invalid JSON.
+    A single JSON object, the studio's former format, is also accepted. Other comments are ignored. Raise
+    FileError for invalid JSON; its text begins with ``name``, the file's name.
     """
     parts: dict[float | None, dict[str, Any]] = {}
     for number, comment in enumerate(map(str.strip, comments)):

@@ -81,7 +81,7 @@ def parse_column(quantity: str, text: str) -> TableColumn:
 
 
 class UnknownColumnsError(FileError):
-    """The studio does not know a file's columns, so the user must name them.
+    """Raised if the studio does not know a file's columns, so that the user must name them.
 
     ``table`` is the file's table.
     """

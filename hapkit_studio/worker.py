@@ -1,4 +1,4 @@
-"""A thread that runs jobs one after another: every thread except those of the loop and of sweeps."""
+"""A thread that runs jobs one after another. The loop and sweeps have other threads."""
 
 import queue
 import threading
@@ -27,7 +27,7 @@ class Worker(Executor):
         self._thread: threading.Thread | None = None
         self._newest: Future = Future()
         self._ended = False
-        weakref.finalize(self, self._jobs.put, None)  # without its worker, the thread ends
+        weakref.finalize(self, self._jobs.put, None)  # None ends the thread after its worker was freed
 
     def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
         """Add a job, and return the future of its result."""
@@ -57,8 +57,8 @@ class Worker(Executor):
     ) -> None:
         """End the thread after the submitted jobs.
 
-        ``cancel_futures`` cancels those that have not begun. ``wait`` waits for the end of the thread, for
-        at most ``timeout`` s.
+        ``cancel_futures`` cancels the jobs that have not begun. ``wait`` waits until the thread has ended,
+        for at most ``timeout`` s.
         """
         with self._lock:
             self._ended = True
