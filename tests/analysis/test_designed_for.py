@@ -59,9 +59,9 @@ def test_the_exact_limit_uses_the_devices_own_filter(quantum, q, limit):
 
 @pytest.mark.parametrize("quantum", [5e-6, 61e-6])
 def test_the_passivity_line_uses_the_devices_own_filter(quantum):
-    """The condition by Colgate & Schenkel must hold at every frequency, with C = K + B H.
+    """The condition by Colgate & Schenkel is b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w) at every w.
 
-    It is b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w).
+    C is K + B H, where H is the filter's transfer function from position to velocity.
     """
     a, gain = gains(quantum, 1e-2)
     w = np.linspace(0.0, math.pi, 4001)[1:]

@@ -32,7 +32,7 @@ def test_a_spring_is_a_line_as_computed_and_a_loop_as_felt():
     places, force = as_felt(time, x, -300.0 * x, 2e-3)
     seen = np.isfinite(places)
     width = np.abs(force[seen] + 300.0 * places[seen]).max()
-    # the width is k v (t_d + T)
+    # the loop's width is k v (t_d + T), where v is the peak speed
     assert width == pytest.approx(300.0 * 2e-3 * 2.0 * math.pi * 4.0 * 3e-3, rel=0.02)
 
 

@@ -1,7 +1,7 @@
-"""Tests of the required terms of models and of laws.
+"""Tests of the table of the terms that each scene needs.
 
-The effect of the force limit is computed by statics, and the cycles of a law's terms are counted. Every other
-cell is computed in plain Python.
+The effect of the force limit is compared with statics, and every other effect with a loop in plain Python.
+The cycles of a law's terms are counted.
 """
 
 import json
@@ -23,7 +23,7 @@ LIBRARY = environments.discover()
 
 
 def test_a_firm_grip_on_the_wall_feels_the_missing_force_limit():
-    """A hand pulls with 400 N/m to 30 mm, against a wall of 250 N/m from 5 mm on and 0.1 N of friction.
+    """A hand of 400 N/m pulls the handle to 30 mm, into a wall of 250 N/m at 5 mm; friction is 0.1 N.
 
     Without the force limit of 3 N, the wall stops the handle 2 mm earlier.
     """

@@ -105,7 +105,7 @@ def test_a_live_answer_agrees_with_that_of_all_options(key):
 
 
 def made_up(*options, stiffness=500.0, place="board"):
-    """Return a friction scene with a tether in N/m, whose models have the given (error, limit, cycles)."""
+    """Return a friction scene with a tether of ``stiffness`` N/m; ``options`` are (error, limit, cycles)."""
     friction = LIBRARY["friction"]
     values = friction.values({"tether_stiffness": stiffness})
     blank = Option(place, (), "kalman", "", 1000.0, 0.0, 1.0, 1.0, 1.0, sense="force", hand="tap")
@@ -314,7 +314,7 @@ def test_the_recommended_row_is_the_default_with_the_least_error_of_all_admissib
 
 @pytest.mark.slow
 def test_the_reason_names_a_stiffer_option_that_was_excluded_for_its_error():
-    """Implicit Euler allows the puck 5 N/m more on the computer, with 3 times the error."""
+    """On the computer, implicit Euler permits a puck that is 5 N/m stiffer, but with 3 times the error."""
     puck = computed("puck")
     stiffest = max(puck.at("computer"), key=lambda o: o.limit)
     assert stiffest.method == "Implicit Euler"

@@ -133,7 +133,7 @@ def exact_step(x, v, pull, h):
     while True:
         sense = math.copysign(1.0, v or pull - SPRING * x)
         middle = (pull - sense * KINETIC) / SPRING
-        a, b = x - middle, v / omega  # the solution is x = middle + a cos + b sin
+        a, b = x - middle, v / omega  # the solution is x(t) = middle + a cos(omega t) + b sin(omega t)
         phase = math.atan2(b, a) % math.pi or math.pi
         if v == 0.0:
             phase = math.pi

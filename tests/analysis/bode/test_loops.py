@@ -124,9 +124,9 @@ def test_a_slightly_different_loop_is_distinguished_from_theory():
 
 
 def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
-    """A hand moves the handle in closed loop.
+    """A hand moves the handle while the loop renders a spring.
 
-    Z is the hand's force divided by the motion, without m and b.
+    Z is the hand's force divided by the motion, minus the force for the handle's own mass m and damping b.
     """
     stiffness, rate, delay, mass, viscous = 400.0, 2000.0, 0.7e-3, 0.05, 3.0
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
@@ -175,7 +175,7 @@ def test_tones_have_whole_cycles_and_the_crest_is_the_amplitude():
 
 
 def where(softness):
-    """Return the product f T at which sin(2 y) / (2 y) = 1 / sqrt 2 with y = pi f T, by Newton's method."""
+    """Solve sin(2 y) / (2 y) = softness, with y = pi f T, by Newton's method; return the product f T."""
     y = 1.0
     for _ in range(50):
         y -= (math.sin(2 * y) / (2 * y) - softness) / (math.cos(2 * y) / y - math.sin(2 * y) / (2 * y * y))
@@ -184,7 +184,7 @@ def where(softness):
 
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
-    """Re Z of a spring whose force is held for a period T is K sin(wT) / (wT)."""
+    """If a spring's force is held for a period T, the real part of its impedance is K sin(wT) / (wT)."""
     found = simulation.measure(
         WALL, WALL.values({"stiffness": 300.0}), [LoopSettings(quantum=0.0, rate=rate)]
     )

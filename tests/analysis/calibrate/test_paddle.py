@@ -45,7 +45,7 @@ def test_intervals_contain_the_truth_in_nine_of_ten_cases():
 
 
 def test_uncertain_scales_make_estimates_undetermined():
-    """Mass and damping are determined if the length is uncertain by 49 %, but not if by 51 %."""
+    """Mass and damping are determined if the length is uncertain by 49 %, and undetermined at 51 %."""
     part = swept(PaddleKit()).part
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)

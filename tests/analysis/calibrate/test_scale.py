@@ -1,4 +1,4 @@
-"""Zero and scale are found from a known straight line; comparison with the radii reveals mistakes."""
+"""Zero and scale are found from marks on a known line; a comparison with the kit's radii reveals mistakes."""
 
 from dataclasses import replace
 

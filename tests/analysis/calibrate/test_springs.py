@@ -109,7 +109,7 @@ def test_after_a_late_computer_the_pull_is_repeated_twice(monkeypatch):
 
 @pytest.mark.slow
 def test_later_marks_correct_the_result_of_springs():
-    """Springs depend on lengths: a pulley radius 4 % too large makes force and length wrong."""
+    """A pulley radius that is 4 % too large makes the lengths wrong, and with them the force from springs."""
     pulley = 1.04 * BOARD.pulley_radius
     kit = PaddleKit(replace(BOARD, pulley_radius=pulley, quantum=1.04 * BOARD.quantum), **WEAK)
     work = student.session(kit)
@@ -171,7 +171,7 @@ def test_intervals_contain_the_truth_in_95_percent_of_many_kits(known):
     errors = np.array([f.ratio for f in found]) / strength - 1.0
     halves = np.array([f.half / f.ratio for f in found])
     assert (np.abs(errors) <= halves).mean() >= 0.93
-    # the interval is hardly wider than the uncertainty of the two springs requires
+    # the interval is hardly wider than the uncertainty that follows from that of the two springs
     least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
     assert np.median(halves) == pytest.approx(least, abs=0.01)
     assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002

@@ -1,4 +1,4 @@
-"""Every failure works inside its limit, fails outside, has charts, and can be felt."""
+"""Every demonstration of a failure works inside its limit, fails outside, has charts, and can be felt."""
 
 import json
 

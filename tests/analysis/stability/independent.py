@@ -1,7 +1,7 @@
-"""Independent simulation of a handle in a hand that is released or kicked, in steps of 1/32 of a period.
+"""Independent simulation of a handle that is released or kicked, with or without a hand on it.
 
-It shares only numpy and numba with the product. Friction is event-driven inside a step; estimators use
-their difference equations.
+A step is 1/32 of a sample period. The simulation shares only numpy and numba with the product. Friction is
+event-driven inside a step; estimators use their difference equations.
 """
 
 import math
@@ -15,9 +15,9 @@ STEPS = 32
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle, its loop, a spring or a wall, and the hand on it (0: no hand).
+    """A handle, its loop, a spring or a wall, and the hand on it.
 
-    A wall is ``one_sided`` and has its surface at 0 m.
+    A wall is ``one_sided`` and has its surface at 0 m. ``hand`` is its mass, damping and stiffness, or zeros.
     """
 
     mass: float

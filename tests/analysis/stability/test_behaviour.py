@@ -178,7 +178,7 @@ def holds_between(handle, pushes):
 
 @pytest.mark.slow
 def test_reported_oscillations_cover_untried_pushes():
-    """Few pushes start some of the oscillations, so the search may miss one in one of twenty scenes."""
+    """Some oscillations start only after few of the pushes, so the search may miss one in 20 scenes."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1

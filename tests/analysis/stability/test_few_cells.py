@@ -1,4 +1,4 @@
-"""A map computed from few of its cells equals the fully evaluated map, for random and rendered maps."""
+"""A map computed from a lattice of cells and the cells at boundaries equals the fully evaluated map."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ ALL_AROUND = np.ones((3, 3))
 
 
 def map_from_few_cells(full, seeds=()):
-    """Return a map computed from a few cells of a full map, and how often each cell was evaluated."""
+    """Return the map from a few cells of a full map, and how often each cell was evaluated, both (m, n)."""
     judged = np.zeros(full.shape, dtype=int)
 
     def judge(places):
@@ -24,7 +24,7 @@ def map_from_few_cells(full, seeds=()):
 
 
 def small_islands(full):
-    """Return the cells (m, n) of regions smaller than a square of the lattice."""
+    """Return a mask (m, n) of the regions that contain no whole square of the lattice, and may be missed."""
     small = np.zeros(full.shape, dtype=bool)
     for one in np.unique(full):
         regions, _ = ndimage.label(full == one, ALL_AROUND)

@@ -45,7 +45,10 @@ def test_a_filter_reduces_the_cost_of_damping():
 
 
 def test_the_passive_stiffness_with_a_fractional_delay_agrees_with_theory():
-    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4 is the limit for w -> 0."""
+    """The slowest motion is the worst: for w -> 0, the condition is b² > b K (T/2 + td) + K² θ (T - θ)/4.
+
+    θ is the fraction of a period in the delay td, in s.
+    """
     for late in (0.1, 0.5, 0.9, 1.5, 3.3):
         stiffness = largest(0.0, late)
         rest = (late - math.floor(late)) * PERIOD

@@ -167,7 +167,7 @@ def test_progress_is_reported_and_a_map_can_be_cancelled(threads):
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
 def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
-    """A handle released at 200 steps, inside the linear limit, decays to 9 and 16 steps, and stays there."""
+    """Both springs are inside the linear limit: an amplitude of 200 sensor steps decays to 9 or 16 steps."""
     coarse = LoopSettings(
         viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
     )

@@ -77,9 +77,9 @@ def test_a_nudge_settles_at_the_end_of_the_unstable_range(parameter):
 
 
 def test_unstable_damping_does_not_settle_after_a_kick():
-    """There is no restoring force. The kick has the energy of 1 mm on 100 N/m.
+    """Damping has no restoring force, so the handle is kicked, with the energy of 1 mm on 100 N/m.
 
-    The range's end is accurate to 1.6 N·s/m.
+    The end of the unstable range is accurate to 1.6 N·s/m.
     """
     ((low, high),) = unstable_ranges(asked("damping"))["damping"]
     assert high == 50.0

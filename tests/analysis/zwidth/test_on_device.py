@@ -194,7 +194,7 @@ def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monk
 
 
 def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
-    """Walls of 200 and 300 N/m pass, 450 N/m fails; bisection follows, then a search in steps of 5 %."""
+    """Walls of 200 and 300 N/m pass, 450 N/m fails. Then come a bisection and a search in steps of 5 %."""
     tried = []
 
     def watched(_guarded, _hand, stiffness):

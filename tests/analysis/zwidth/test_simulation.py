@@ -106,7 +106,8 @@ def measured(name):
 @pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name == "f_c 0.1"))
 def test_the_result_agrees_with_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
-    # the reference's search may end anywhere in the band
+    # from the first wall that fails to the last that passes, both outcomes occur, and the reference's search
+    # may end anywhere in this range
     high = np.array([max(p.stiffness, p.last_held) for p in found.points]) / np.array(expected)
     share = np.clip(1.0, found.stiffness / np.array(expected), high)
     # without friction, the motion after 4 s is random: other sampling phases change the same two cells of 56
@@ -208,7 +209,7 @@ def test_result_is_the_bands_lower_end():
     assert point.stiffness in tried
     assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
-    # the band ends where ten walls in a row pass, and where ten in a row fail
+    # the search goes down until ten walls in a row pass, and up until ten in a row fail
     assert min(tried) == pytest.approx(point.first_failed / 1.01**10)
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
