@@ -26,7 +26,7 @@ def call(environment, values, x, v, state=None):
 def corners(environment):
     """Return every combination of the smallest, default and largest value of each parameter.
 
-    Incompatible combinations are left out. Of more than 800, an evenly spaced subset is returned.
+    Incompatible combinations are left out. If more than 800 remain, an evenly spaced subset is returned.
     """
     each = []
     for p in environment.parameters:

@@ -84,7 +84,7 @@ def dissipated(path, got):
 
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 def test_no_closed_path_gains_energy(hysteresis, rng):
-    """Between two positions outside, the button gives no more energy than it takes, up to rounding."""
+    """On a path that starts and ends outside the button, the button gives no more energy than it takes."""
     for reach in (2e-4, 6e-4, 2e-3, 5e-3, 1e-2):
         knots = np.append(rng.uniform(-0.2 * reach, reach, 9), -2e-3)
         path = np.array([-2e-3])

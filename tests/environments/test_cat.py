@@ -198,7 +198,7 @@ def moved(position, seconds, **values):
 
 
 def contented(t):
-    """Return a path of 5.5 cycles that the cat likes. It ends with the nap, and then the hand rests."""
+    """Return a path of 5.5 cycles that the cat likes. After a last stroke along the nap, the hand rests."""
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 

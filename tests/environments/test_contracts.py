@@ -235,9 +235,9 @@ def assert_settles(run, environment):
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_defaults_come_to_rest_in_every_grip(key, delay):
-    """With each grip, the handle is held still after a push; without a grip, it is released at 6 mm.
+    """With each grip, the handle is pushed and then held still; without a hand, it is released at 6 mm.
 
-    The rate is 1 kHz; at 6 mm the handle is inside the structures at the centre.
+    At 6 mm, the handle is inside objects that are at the centre. The rate is 1 kHz.
     """
     for held in GRIPS.values():
         hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)

@@ -128,9 +128,10 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """The alternative, an anchor that moves at every sample, takes 1,367 cycles and is rendered at 2 kHz.
+    """The alternative, an anchor that moves at every sample, takes 1,367 cycles per call.
 
-    The board's delay is 142 µs with the tether, and 143 µs with the anchor.
+    With the anchor, the board could render at 2 kHz only. Its delay is 142 µs with the tether, 143 µs with
+    the anchor.
     """
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)
@@ -305,7 +306,7 @@ def test_the_warned_creep_of_smoothed_friction_is_rendered():
 @pytest.mark.parametrize("stick_velocity", [0.001, 0.003, 0.03, 0.2])
 @pytest.mark.parametrize("kinetic_force", [0.02, 0.1, 0.3, 0.4, 3.0])
 def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_predicts(kinetic_force, stick_velocity):
-    """At half the kinetic force tanh(v / width) = 0.5; rounding causes no error."""
+    """At half the kinetic force, the handle creeps at the speed v for which tanh(v / width) = 0.5."""
     values = environments.named("friction").values(
         {
             "model": "smoothed", "viscous": 0.0, "kinetic_force": kinetic_force,

@@ -86,9 +86,9 @@ def balance(stiffness, late, viscous):
 
 
 def hunts(values, late):
-    """Return True if the handle keeps oscillating after a flick of any strength.
+    """Return True if the handle keeps oscillating after at least one of four flicks.
 
-    Assert that the warning agrees.
+    Assert that a warning is given exactly in this case.
     """
     hunted = []
     for speed in (0.01, 0.05, 0.2, 0.5):

@@ -116,7 +116,7 @@ def test_the_board_is_faster_without_contact_damping(key, method, without, dampe
 
 
 def warned(key, period=1e-3, **values):
-    """Return the warnings on the integrator, with the handle held too firmly to oscillate."""
+    """Return the warnings about the integrator; strong damping of the handle prevents other warnings."""
     return calling.warned(key, Conditions(1.0 / period, viscous=100.0), **values)
 
 
@@ -167,7 +167,7 @@ def shove(t):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_a_push_gives_the_puck_its_impulse(method):
-    """m v equals the sum of the force over the samples, exactly if a step applies only that force."""
+    """The momentum m v equals the sum of force times period, exactly if a step uses one force only."""
     run = imposed("puck", {"integrator": method}, shove, 0.16)
     momentum = 0.5 * column(run, "object_velocity")[-1]
     impulse = -run.force.sum() * 1e-3
