@@ -21,7 +21,7 @@ hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")
 
 
-# this file installs the studio and compiles everything; if started last, it would run alone at the end
+# the slowest file, which installs the studio and compiles everything; if started last, it would run alone
 LONGEST = "test_packaging.py"
 
 

@@ -1,4 +1,4 @@
-"""Times of speed and accuracy: all methods, all scenes, one scene, and a live answer; also its pictures."""
+"""Computing times of *Speed and accuracy*: all methods, all scenes, one scene, a live answer; its figures."""
 
 import statistics
 import time

@@ -32,7 +32,7 @@ SLIDER_AND_WALL = """
 
 @compiled
 def many_ticks(r, positions, period, out):
-    """Render every position (n,) in m: the work of a live sample, except that no clock is read."""
+    """Render a sample at every position (n,) in m, as the live loop does, but without reading a clock."""
     for k in range(positions.shape[0]):
         tick(r, positions[k], period, 0.0, out[k])
 

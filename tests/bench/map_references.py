@@ -10,9 +10,9 @@ from hapkit_studio.haptics import cell_batch
 def _glide(
     what: LoopSettings, seconds: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return how the free handle's x and v after some seconds depend on v at the start and on the force.
+    """Return the derivatives of a free handle's final x and v by its initial v and by a constant force.
 
-    The values are dx/dv, dv/dv, dx/dforce and dv/dforce.
+    They are dx/dv, dv/dv, dx/dforce and dv/dforce after ``seconds``.
     """
     m, b = what.mass, what.viscous
     v_v, v_f = np.exp(-b * seconds / m), -np.expm1(-b * seconds / m) / b

@@ -22,9 +22,9 @@ ANSWER = 0.4e-3
 
 
 class PaddleKit(Device):
-    """A kit with the interface of HapkitBoard, whose true properties are keywords.
+    """A kit with the interface of HapkitBoard. ``settings`` are those stored on its board.
 
-    ``settings`` are those stored on its board. The other keywords are:
+    The other arguments are its true properties:
 
     - ``mass``, ``viscous``, ``coulomb``: properties of the paddle;
     - ``sense``, ``direction``: -1 for a reversed magnet, and for swapped motor wires;

@@ -43,7 +43,7 @@ def test_the_default_is_the_firmwares_own(constant, field):
         ("hapkit3-short", 16.1e-6, 3.87),
         ("hapkit3-maxon", 20.7e-6, 4.93),
         ("hapkit2013", 12.8e-6, 7.98),
-        # sensors that repeat every full turn have twice the travel between repeats
+        # these sensors repeat after a full turn of the motor; the sensors above repeat after half a turn
         ("hapkit-hall", 2.0 * 20.7e-6 * 921 / 16384, 3.01),
         ("hapkit-encoder", 2.0 * math.pi * 0.090 * 0.005 / 0.075 / 48, 0.0167 * 0.075 / 0.00045),
     ],
@@ -75,7 +75,7 @@ def test_files_are_read_as_written_and_never_overwritten(own):
     path = calibration_file.write(board, {"Sensor": "fine", "Strength": "left out"}, day)
     assert path == own / "calibrations" / "a-7 2026-02-03.toml"
     again = calibration_file.read(path)
-    assert again.mass == pytest.approx(board.mass, rel=1e-7)  # a board stores 32 bits
+    assert again.mass == pytest.approx(board.mass, rel=1e-7)  # a board stores numbers with 32 bits
     assert replace(again, mass=board.mass, quantum=board.quantum) == board
     text = path.read_text(encoding="utf-8")
     assert "# Sensor: fine" in text

@@ -59,8 +59,8 @@ def no_spam(time: float) -> bytes:
 class Case:
     """One fault and its bounds.
 
-    - ``off``: the motor is off at most this many s after START, and stays off until END.
-    - ``back``: the force is back in full at most this many s after END.
+    - ``off``: within this time in s after START, the motor is switched off, and it stays off until END.
+    - ``back``: within this time in s after END, the full force is back.
     - ``latched``: the faults that the loop may latch.
     - ``wrong``: the sensor itself is wrong between START and END, so the recording has no error.
     - ``lossy``: frames are lost.

@@ -121,7 +121,10 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
 
 
 def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
-    """Return the largest excess in N of a force over its error bound, before the bound gets too large."""
+    """Return the largest amount in N by which a force's error exceeds its error bound.
+
+    The comparison ends at the first row whose bound is too large.
+    """
     exact, analysis = Plain(law, values, 1.0 / rate), Analysis(program)
     worst = 0.0
     for (x, v), asked in zip(found.rows.astype(float).tolist(), found.forces, strict=True):
