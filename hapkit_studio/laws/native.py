@@ -23,7 +23,7 @@ from hapkit_studio import program
 from hapkit_studio.errors import LawError
 
 _SPACE = 262_144  # bytes that the folder must have left for the machine code of a law
-KEPT_SECONDS = 60 * 86_400.0
+MAX_AGE_SECONDS = 60 * 86_400.0
 # The words are: the fault code; the fault line, or without a fault the remaining fuel; the line of the first
 # non-finite value; the fuel limit, 0 for the default.
 FAULT_WORDS = 4
@@ -119,7 +119,7 @@ def _forget_unused(folder: Path) -> None:
     """Remove generated files that have not been loaded for a long time, and their machine code."""
     now = time.time()
     for path in folder.glob("law_*.py"):
-        if now - path.stat().st_atime > KEPT_SECONDS:
+        if now - path.stat().st_atime > MAX_AGE_SECONDS:
             for old in folder.parent.rglob(f"{path.stem}.*"):
                 old.unlink(missing_ok=True)
 

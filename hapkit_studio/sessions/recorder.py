@@ -34,7 +34,7 @@ from hapkit_studio.sessions.file import (
 )
 from hapkit_studio.worker import Worker
 
-KEPT_SECONDS = 600.0
+BUFFER_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
 # maximum number of rows per read; it limits the size of chunks, and the memory if the thread was delayed
 _AT_ONCE = 512
@@ -70,7 +70,7 @@ class Recorder:
     faults are polled 20 times per second and recorded as events if they have changed.
     """
 
-    def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
+    def __init__(self, seconds: float = BUFFER_SECONDS, truth: bool = False):
         """Start the recorder, which keeps the last ``seconds`` of samples in memory.
 
         If ``truth``, a simulation's true motion and hand are also recorded.
@@ -81,7 +81,7 @@ class Recorder:
 
         It is None before the first recording.
         """
-        self.kept = 0.0
+        self.buffered = 0.0
         """Age in s of the oldest sample that ``save`` would write."""
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._open = True
@@ -262,7 +262,7 @@ class Recorder:
             event = self._events.popleft()
             if event.kind in _STANDING:
                 self._base[event.kind] = event
-        self.kept = chunk.stop - self._chunks[0].start
+        self.buffered = chunk.stop - self._chunks[0].start
         self._write(lambda writer: self._add_to(writer, chunk))
 
     def _add_to(self, writer: SessionWriter, chunk: Chunk) -> None:

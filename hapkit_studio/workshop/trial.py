@@ -18,7 +18,7 @@ import platformdirs
 
 from hapkit_studio import files
 from hapkit_studio.errors import FileError
-from hapkit_studio.laws.native import KEPT_SECONDS
+from hapkit_studio.laws.native import MAX_AGE_SECONDS
 from hapkit_studio.program import configured_cache
 from hapkit_studio.version import __version__
 from hapkit_studio.workshop import isolated, source, trying
@@ -48,7 +48,7 @@ def remember(source: Source, passed: bool) -> None:
         record.parent.mkdir(parents=True, exist_ok=True)
         record.write_text(_PASSED if passed else _FAILED, encoding="ascii")
         for other in record.parent.glob("*"):
-            if time.time() - other.stat().st_mtime > KEPT_SECONDS:
+            if time.time() - other.stat().st_mtime > MAX_AGE_SECONDS:
                 other.unlink(missing_ok=True)
 
 

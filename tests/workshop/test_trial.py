@@ -135,7 +135,7 @@ def test_old_records_are_removed(tmp_path, monkeypatch):
     fresh = typed(FILE, "a = 1")
     trial.remember(typed(Path("old.py"), "a = 1"), True)
     (old,) = (tmp_path / "cache").rglob("*.txt")
-    days = time.time() - trial.KEPT_SECONDS
+    days = time.time() - trial.MAX_AGE_SECONDS
     os.utime(old, (days + 3600, days + 3600))
     trial.remember(fresh, True)
     assert old.exists()

@@ -18,7 +18,7 @@ from PySide6.QtGui import QGuiApplication, QImage
 
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.live.history import Window
-from hapkit_studio.gui.live.live import KEPT_SECONDS
+from hapkit_studio.gui.live.live import HISTORY_SECONDS
 from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.gui.state.background import Job
@@ -118,7 +118,7 @@ class LiveExport(QObject):
         """Store the current settings with their time; discard settings that only apply to dropped samples."""
         now = time.perf_counter()
         self._settings.append((now, self._in_force()))
-        while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:
+        while len(self._settings) > 1 and self._settings[1][0] < now - HISTORY_SECONDS:
             self._settings.popleft()
 
     def _log(self, begin: float, end: float) -> Log:

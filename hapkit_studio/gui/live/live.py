@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FRAME_MS = 16
 HIDDEN_MS = 200
 HEALTH_MS = 500
-KEPT_SECONDS = 60.0
+HISTORY_SECONDS = 60.0
 
 
 class Live(QObject):
@@ -38,7 +38,7 @@ class Live(QObject):
         self._reader: RingReader | None = None
         self._device = ""
         self._changing = False
-        self.history = LiveHistory(KEPT_SECONDS)
+        self.history = LiveHistory(HISTORY_SECONDS)
         self.paused = self.replaying = False
         self.hidden = False
         self.lost = 0

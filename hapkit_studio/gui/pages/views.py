@@ -47,7 +47,7 @@ class Views(QObject):
         self._shown: Page | None = None
         self.covered = False
         """True if only Live can be shown, with a fixed side panel."""
-        self._bar.kept = LAW
+        self._bar.pinned = LAW
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)

@@ -191,7 +191,7 @@ _SESSION = (
         checked=lambda w: w.studio.recording.progress is not None, rule=True,
     ),
     Action(
-        "session.save_kept", "Save the last 10 minutes", lambda w: w.studio.recording.save_kept(),
+        "session.save_kept", "Save the last 10 minutes", lambda w: w.studio.recording.save_buffer(),
         "Ctrl+Shift+S",
     ),
     Action(

@@ -11,7 +11,7 @@ from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.history import Samples, highest_speed
-from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
+from hapkit_studio.gui.live.live import HISTORY_SECONDS, Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.shell.status_bar import StatusBar
@@ -165,7 +165,7 @@ class LiveDisplay(QObject):
         """Hold the last part of a recording from a file, at most as long as the longest time window."""
         time = recording.time
         history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
-        self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
+        self._centre.held.hold(history, (max(time[0], time[-1] - HISTORY_SECONDS), time[-1]), path.name)
 
     def go_live(self) -> None:
         """Return to live data and disarm the trigger."""

@@ -56,7 +56,7 @@ class RecordingDisplay(QObject):
         progress = self._recording.progress
         time = clock(progress.seconds) if progress is not None else ""
         self._header.show_recording(time, self._recording.possible)
-        self._status.show_kept(*self._status_field(progress))
+        self._status.show_record(*self._status_field(progress))
         if progress is not None:
             self._banners.set("recording", None)
 
@@ -73,8 +73,8 @@ class RecordingDisplay(QObject):
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
         if lost:
             return f"{lost:,} samples were lost", "triangle", "warn"
-        kept = self._recording.kept
-        return (f"{paused}The last {_lasting(kept)} are kept" if kept else "",)
+        buffered = self._recording.buffered
+        return (f"{paused}The last {_lasting(buffered)} are kept" if buffered else "",)
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()

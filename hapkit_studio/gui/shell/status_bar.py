@@ -109,7 +109,7 @@ class StatusBar(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.loop, self.clamp = Field("Loop", edged=False), Field("Force limit", longest=_CLAMP_WORDS)
         self.margin, self.energy = Field("Stability"), Field("Energy", longest=_ENERGY_WORDS)
-        self.kept = Field("Record", edged=False)
+        self.record = Field("Record", edged=False)
         self.energy.link.setText("Switch controller on")
         self.energy.link.setToolTip("Switch on the passivity controller, which adds damping as needed")
         names = "Servo rate", "Lateness", "Missed ticks", "Board's clock", "Computing time", "Priority"
@@ -128,14 +128,14 @@ class StatusBar(QWidget):
         self.loop.link.clicked.connect(lambda: self.show_figures(self.figures.isHidden()))
         self.priority.link.setText("How to fix this")
         self.priority.link.clicked.connect(self.how_to_fix)
-        self.kept.link.setText("Show")
-        self.kept.link.setToolTip("Show the recorded sessions")
-        self.kept.link.clicked.connect(self.show_sessions)
+        self.record.link.setText("Show")
+        self.record.link.setToolTip("Show the recorded sessions")
+        self.record.link.clicked.connect(self.show_sessions)
         self.missed.setToolTip(_MISSED)
         self.jumps.setToolTip(_JUMPS)
         self._clamped_until = 0.0
         fields = self.loop, self.clamp, self.energy, self.margin
-        hbox(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
+        hbox(*fields, None, self.record, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         theme.changed.connect(self._reserve_loop)
         self._reserve_loop()
         self.show_energy("")
@@ -233,13 +233,13 @@ class StatusBar(QWidget):
         self.energy.setVisible(bool(words))
         self._hide_least_important()
 
-    def show_kept(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
+    def show_record(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
         """Show the state of the recording, or the length of the stored samples.
 
         ``written``: a session was written, so the field offers to show the sessions.
         """
-        self.kept.show_text(words, sign, token)
-        self.kept.link.setVisible(written)
+        self.record.show_text(words, sign, token)
+        self.record.link.setVisible(written)
         self._hide_least_important()
 
     def resizeEvent(self, event) -> None:
@@ -259,10 +259,10 @@ class StatusBar(QWidget):
             self.loop,
             self.clamp,
             self.margin,
-            self.kept,
+            self.record,
             *(() if self.energy.isHidden() else (self.energy,)),
         )
         needed = 2 * _MARGIN + sum(field.sizeHint().width() + _SPACING for field in fields)
-        for field in (self.kept, self.margin):
+        for field in (self.record, self.margin):
             field.setVisible(needed <= self.width())
             needed -= 0 if needed <= self.width() else field.sizeHint().width() + _SPACING

@@ -52,9 +52,9 @@ class Recording(QObject):
         return None if progress is None or progress.error else progress
 
     @property
-    def kept(self) -> float:
-        """Return the length in s of the buffered samples that ``save_kept`` would write."""
-        return self._recorder.kept if self._recorder is not None else 0.0
+    def buffered(self) -> float:
+        """Return the length in s of the buffered samples that ``save_buffer`` would write."""
+        return self._recorder.buffered if self._recorder is not None else 0.0
 
     @property
     def possible(self) -> bool:
@@ -78,7 +78,7 @@ class Recording(QObject):
         elif self.progress is not None:
             self.toggle()
 
-    def save_kept(self) -> None:
+    def save_buffer(self) -> None:
         """Write the buffered samples into a new file."""
         recorder, key = self._recorder, self._environment()
         if recorder is None or self._save.running:

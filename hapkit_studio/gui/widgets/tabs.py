@@ -9,9 +9,9 @@ from hapkit_studio.gui.widgets import icons
 
 
 class Tabs(QTabBar):
-    """A row of tabs. Its last tabs move to a menu, except the first, the current and the ``kept`` tab.
+    """A row of tabs. Its last tabs move to a menu, except the first, the current and the ``pinned`` tab.
 
-    ``kept`` is the data of a tab.
+    ``pinned`` is the data of a tab.
     """
 
     _fitting = True  # True until the construction is complete
@@ -19,7 +19,7 @@ class Tabs(QTabBar):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent, drawBase=False, expanding=False, usesScrollButtons=False)
         self.setElideMode(Qt.TextElideMode.ElideNone)
-        self.kept: object = None
+        self.pinned: object = None
         self.more = QPushButton("More", self)
         self.more.setAccessibleName("More views")
         self.more.setToolTip("Show the views that do not fit into the header")
@@ -61,7 +61,7 @@ class Tabs(QTabBar):
             left = sum(widths) - sum(widths[i] for i in hidden) + (button.width() if hidden else 0)
             if left <= room:
                 break
-            if index != self.currentIndex() and (self.kept is None or self.tabData(index) != self.kept):
+            if index != self.currentIndex() and (self.pinned is None or self.tabData(index) != self.pinned):
                 hidden.add(index)
         for index in range(self.count()):
             # Qt bug: a no-op setTabVisible discards the change before it

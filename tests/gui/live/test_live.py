@@ -52,11 +52,11 @@ def bar(qtbot):
 def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
     def places():
         qapp.processEvents()
-        parts = bar.clamp, bar.energy.link, bar.kept.link, bar.priority.link
+        parts = bar.clamp, bar.energy.link, bar.record.link, bar.priority.link
         return [part.mapTo(bar, QPoint()).x() for part in parts]
 
     bar.show_energy("The scene gave you 0.41 mJ of extra energy", remedy=True)
-    bar.show_kept("Recording", written=True)
+    bar.show_record("Recording", written=True)
     bar.show_figures(True)
     found = []
     for lateness, missed, clamped, given, kept in (
@@ -71,7 +71,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
         bar.show_clamp(clamped, 3.0)
         bar.show_margin("Stable" if clamped else "Stable, 36 × below the limit", "check", "ok")
         bar.show_energy(f"The scene gave you {given} mJ of extra energy", remedy=True)
-        bar.show_kept(kept, written=True)
+        bar.show_record(kept, written=True)
         found.append(places())
     assert found == found[:1] * 3
 
@@ -100,7 +100,7 @@ def test_the_history_equals_the_ring_and_a_hidden_window_only_drains_it(window, 
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
     window.record_display.show_state()
-    assert window.status.kept.words.text() == "12 samples were lost"
+    assert window.status.record.words.text() == "12 samples were lost"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
     window.live.set_hidden(True)

@@ -126,7 +126,7 @@ def test_the_report_is_cleared_after_a_change(window, qtbot):
     does = follow(page, qtbot).said.does["released"]
     assert (page.trial_conditions.stiffness, page.trial_conditions.does) == (1800.0, does)
     assert not does.calm
-    page.trial._held = page.trial_conditions
+    page.trial._conditions = page.trial_conditions
     seen = np.zeros((1500, rows.ROW_WIDTH))
     seen[:, rows.HOST_TIME] = 1e6 + np.arange(1500) * 1e-3
     seen[:, rows.POSITION] = 0.004 * 0.99 ** np.arange(1500)

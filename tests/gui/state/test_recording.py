@@ -71,7 +71,7 @@ def test_a_recording_contains_the_rings_rows_and_the_settings(window, qtbot):
 
 
 def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
-    header, words = window.header.record, window.status.kept.words
+    header, words = window.header.record, window.status.record.words
     assert header.word.text() == "Record"
     path = begin(window, qtbot)
     window.record_display.show_state()
@@ -86,14 +86,14 @@ def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
     window.record_display.show_state()
     size = path.stat().st_size
     assert words.text() == f"{path.stem}, {megabytes(size)}"
-    assert window.status.kept.link.isVisible()
+    assert window.status.record.link.isVisible()
     assert header.word.text() == "Record"
-    qtbot.mouseClick(window.status.kept.link, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(window.status.record.link, Qt.MouseButton.LeftButton)
     page = window.views.page("sessions")
     assert window.views.key == "sessions"
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path == path)
     assert words.text().endswith(" kept")
-    assert not window.status.kept.link.isVisible()
+    assert not window.status.record.link.isVisible()
 
 
 @pytest.mark.parametrize(
@@ -137,10 +137,10 @@ def test_a_duration_is_rounded_down(seconds, said):
     ("seconds", "said"), [(12.3, "12 s"), (58.9, "59 s"), (179.5, "3 min"), (599.8, "10 min")]
 )
 def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, monkeypatch):
-    monkeypatch.setattr(window.studio.recording._recorder, "kept", seconds)
+    monkeypatch.setattr(window.studio.recording._recorder, "buffered", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
-    assert window.status.kept.words.text() == f"The last {said} are kept"
+    assert window.status.record.words.text() == f"The last {said} are kept"
 
 
 def test_earlier_data_is_saved_during_a_recording(window, qtbot):
@@ -194,7 +194,7 @@ def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatc
     recording._refresh()
     assert said == [("Recording stopped at 4:12.", why)]
     assert window.header.record.word.text() == "Record"
-    assert window.status.kept.words.text() == "full, 0 kB"
+    assert window.status.record.words.text() == "full, 0 kB"
 
 
 @pytest.mark.slow

@@ -134,17 +134,17 @@ class Released:
         return 0.5 * float(np.ptp(self.position[self.time >= self.time[-1] - _END]))
 
 
-def outcome_text(seen: Released, held: TrialConditions) -> str:
+def outcome_text(seen: Released, conditions: TrialConditions) -> str:
     """Describe the outcome, and say whether it agrees with the verdict."""
     if len(seen.time) < 2:
         return ""
-    if held.centre.pushes:
+    if conditions.centre.pushes:
         return _THROWN
-    rests = seen.end <= _STEPS * max(held.quantum, _LEAST_STEP)
+    rests = seen.end <= _STEPS * max(conditions.quantum, _LEAST_STEP)
     size = f"±{number(1e3 * seen.end, 1)} mm"
     if not rests and seen.end < seen.begin / _GREW:
         return f"Still decaying, now {size}."
-    settles = seen.begin <= held.does.push or held.does.flick > 0.0
+    settles = seen.begin <= conditions.does.push or conditions.does.flick > 0.0
     agrees = "as predicted" if rests == settles else "which was not predicted"
     grew = "The motion grew to" if seen.end > _GREW * seen.begin else "Keeps oscillating at"
     return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
@@ -169,7 +169,7 @@ class Trial(QObject):
         super().__init__(parent)
         self._studio, self._live = studio, live
         self._grip: str | None = None
-        self._held: TrialConditions | None = None
+        self._conditions: TrialConditions | None = None
         self._since = 0.0
         self.holding, self.said = False, ""
         self._timer = QTimer(self, singleShot=True, interval=_HOLD_MS)
@@ -186,17 +186,17 @@ class Trial(QObject):
         """Return whether there is a handle that the simulated hand can move."""
         return self._studio.engine is not None and self._studio.hand_is_ours
 
-    def begin(self, held: TrialConditions) -> None:
+    def begin(self, conditions: TrialConditions) -> None:
         """Pull the handle away from its rest position."""
         if not self.possible or self.holding:
             return
         self.forget()
-        self._held = held
+        self._conditions = conditions
         if self._studio.grip == "released":
             self._grip = self._studio.grip
             with self._studio.temporarily():
                 self._studio.set_loop(hand=_GRIP)
-        self._studio.move_hand(self._target(held))
+        self._studio.move_hand(self._target(conditions))
         self.holding = True
         self._timer.start()
         self.changed.emit()
@@ -222,12 +222,12 @@ class Trial(QObject):
 
     def judge(self) -> None:
         """Compare the handle's motion since its release with the verdict, and report it."""
-        if self._held is None:
+        if self._conditions is None:
             return
         window = self._live.history.between(self._since, math.inf)
         known = np.isfinite(window.y["position"])
-        position = window.y["position"][known] - self._held.centre.position
-        self.said = outcome_text(Released(window.x[known], position), self._held)
+        position = window.y["position"][known] - self._conditions.centre.position
+        self.said = outcome_text(Released(window.x[known], position), self._conditions)
         self.changed.emit()
 
     def _release(self) -> None:
@@ -236,9 +236,11 @@ class Trial(QObject):
         self.let_go()
         self._watch.start()
 
-    def _target(self, held: TrialConditions) -> float:
+    def _target(self, conditions: TrialConditions) -> float:
         """Return the target in m of a hand that holds the handle at the starting distance."""
-        far, grip = starting_distance(held.does), grip_named(self._studio.grip)
-        force = min(held.stiffness * far, held.force)
-        target = held.centre.position + held.centre.side * (far + (force / grip.stiffness if grip else 0.0))
+        far, grip = starting_distance(conditions.does), grip_named(self._studio.grip)
+        force = min(conditions.stiffness * far, conditions.force)
+        target = conditions.centre.position + conditions.centre.side * (
+            far + (force / grip.stiffness if grip else 0.0)
+        )
         return min(max(target, -_FARTHEST), _FARTHEST)
