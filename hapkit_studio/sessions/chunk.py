@@ -38,7 +38,7 @@ class Chunk:
     layout: Layout = LAYOUT
 
     def values(self, name: str) -> np.ndarray:
-        """Return a signal (count,) in SI, with NaN if it was not recorded; or the state (count, states).
+        """Return a signal's samples (count,) in SI, NaN if it was not recorded; for STATE, (count, states).
 
         Raise DamagedError if the data are damaged.
         """

@@ -103,7 +103,7 @@ class Database:
             try:
                 return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro", self.version)
             except sqlite3.OperationalError as error:
-                # Python's own errors do not have this attribute
+                # only errors that SQLite has reported have this attribute
                 name = getattr(error, "sqlite_errorname", "")
                 if not name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY")):
                     raise

@@ -34,7 +34,7 @@ def usual_folder() -> Path:
 def chosen_folder() -> Path | None:
     """Return the folder that the user has chosen, or None; raise FileError if the choice cannot be read."""
     stored = choice_file()
-    if not os.path.exists(stored):  # unlike Path.exists, false for a folder without access
+    if not os.path.exists(stored):  # for a folder without access this is False, but Path.exists may raise
         return None
     text = checked_text(read_text(stored, 4 * _LONGEST_PATH).strip(), stored.name, _LONGEST_PATH)
     if not Path(text).is_absolute():

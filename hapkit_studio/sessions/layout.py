@@ -21,7 +21,7 @@ _HEAD = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER
 HEAD = tuple(_HEAD)
 """The first columns of the table "chunk"; the columns of signals and state follow."""
 _RESERVED = {*HEAD, "id", "crc", STATE}
-_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # names in version 1, by present name
+_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # names in version 1, by current name
 
 
 class StoredSignal(NamedTuple):

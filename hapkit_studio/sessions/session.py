@@ -53,9 +53,9 @@ MOST_READ = 1 << 31  # maximum number of bytes that one call of ``read`` returns
 class Session:
     """A session that is open for reading. Chunks are read on demand, by one thread at a time.
 
-    These are available at once: the file's name as one line; the events; each chunk's number of samples, and
-    its start and stop time (chunks,) in s of the recording computer's clock; and the extremes of all blocks
-    (signals with extremes, 2, blocks) in SI, with NaN for non-finite values.
+    Everything else is read when the file is opened: ``events``; for each chunk the number of samples, and the
+    start and stop time in s of the recording computer's clock (chunks,); and ``blocks``, the extremes of all
+    blocks (signals with extremes, 2, blocks) in SI, with NaN for non-finite values.
     """
 
     def __init__(self, path: str | Path):
