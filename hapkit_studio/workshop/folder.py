@@ -56,7 +56,7 @@ def new_path(title: str) -> Path:
 
 
 def free_title(title: str, titles: Iterable[str] = ()) -> str:
-    """Return a title with a number if another environment has this title or its file name exists."""
+    """Return a title; a number is appended if another environment or file already uses the title."""
     taken = {plain_name(t) for t in titles} | {f.stem.lower() for f in own_files()} | taken_keys()
     found, number = title, 2
     while plain_name(found) in taken:

@@ -223,7 +223,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 
 
 def sketch_path(wanted: str | Path) -> Path:
-    """Return the path of the sketch with its folder, for "wall", "wall.ino" or "wall/wall.ino".
+    """Return the path of a sketch in its folder: wall/wall.ino for "wall", "wall.ino" or "wall/wall.ino".
 
     Raise ParameterError if the Arduino IDE rejects the name.
     """

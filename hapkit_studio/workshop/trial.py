@@ -75,7 +75,7 @@ _MODULE = "hapkit_studio.workshop.trial"
 
 
 def begin(tried: Source) -> subprocess.Popen:
-    """Start a trial; poll() the process, then call ``result``, or call ``stop`` after TIMEOUT."""
+    """Start a trial. The caller polls the process, then calls ``result``, or ``stop`` after TIMEOUT."""
     process = isolated.begin(_MODULE, str(tried.path))
     with contextlib.suppress(BrokenPipeError), process.stdin as its_input:  # type: ignore[union-attr]
         its_input.write(tried.text.encode())
