@@ -1,4 +1,4 @@
-"""Tests of work-precision charts: Pareto front by brute force, orders, winners, costs and pictures."""
+"""Tests of work-precision charts: Pareto front, order of convergence, best methods, costs and figures."""
 
 import json
 import math

@@ -187,7 +187,7 @@ def scenes(*quick):
 
 @cache
 def ideals(key):
-    """Return the rows of the loop in plain Python for every hand, with ideal parts of the scene."""
+    """Return the rows of an ideal loop in plain Python, for each hand of a scene."""
     q = computed(key).question
     at = q.device, q.environment, q.with_options(q.exact)
     return {trial: rendered(trial, *at) for trial in trials.scripts(q.environment)}

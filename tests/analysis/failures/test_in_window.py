@@ -10,7 +10,7 @@ from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
 
 
 def live(key, share):
-    """Return a failure's live scene, with its knob at a multiple of its limit."""
+    """Return a failure's scene for the window, with the varied value at ``share`` times its limit."""
     failure = failures()[key]
     case = failure.case()
     return failure.live(share * failure.limit(case), case)

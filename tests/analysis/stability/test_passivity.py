@@ -64,10 +64,10 @@ def knots(late, periods):
 
 
 def energy_form(stiffness, damping, late, estimator, periods=160):
-    """Return the symmetric matrix of the energy that handle and loop absorb from a motion through its knots.
+    """Return the symmetric matrix of the energy that handle and loop absorb from a motion.
 
-    The motion starts and ends at rest, and lasts until the last command. Each column is the running
-    estimator's response to moving one knot, so that no transfer function is needed.
+    The motion is given by its positions at the ``knots``, starts and ends at rest, and lasts until the last
+    command. Each column is the response to moving one knot, so that no transfer function is needed.
     """
     t = knots(late, periods)
     whole, fine = math.floor(late), 2 if late % 1.0 else 1

@@ -1,4 +1,4 @@
-"""The measured map and boundary agree with the exact limit, and with friction's regions of the plane."""
+"""The measured map and boundary agree with the exact limit, and with the published effect of friction."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor

@@ -28,7 +28,7 @@ SPEED, PUSH = 0.1, 1.0
 
 
 def slide(v, force, t):
-    """Return (distance, speed) after a time t of m v' = force - b v."""
+    """Return distance and speed after a time t, from the solution of m v' = force - b v."""
     end = force / VISCOUS
     fall = math.exp(-VISCOUS / M * t)
     return end * t + (v - end) * (1.0 - fall) * M / VISCOUS, end + (v - end) * fall
