@@ -1,6 +1,7 @@
-"""Position errors of two flip trackers, the firmware's and the class template's.
+"""Position errors of two algorithms that count the jumps ("flips") of the sensor's saw-tooth signal.
 
-It also measures the speed at which each tracker loses flips.
+They are the firmware's and the class template's. The speed at which each of them misses a flip is measured,
+too.
 """
 
 import shutil

@@ -61,7 +61,7 @@ def test_stribeck_friction_decreases_from_static_to_kinetic():
 
 
 def test_a_bristle_approaches_its_end_and_never_exceeds_it():
-    """The step is exact for any size: two half steps equal one whole step, and the slope at rest is 1."""
+    """The step is exact for any size: two steps equal one of their total length. At first, z = x."""
     end = 0.4 / 800.0
     whole = bristle(0.0, 0.3e-3, 0.4, 800.0)
     assert whole == pytest.approx(end * (1.0 - np.exp(-800.0 * 0.3e-3 / 0.4)))

@@ -85,7 +85,7 @@ SCORES = [
 
 @pytest.mark.parametrize(("model", "options", "coarse", "fine"), SCORES)
 def test_the_period_error_of_each_model_agrees_with_the_table(model, options, coarse, fine):
-    """The period of chatter is at most that of the spring, which is 62 % too short."""
+    """If the mass only chatters, the period is at most that of the spring, which is 62 % too short."""
     exact = SETS[0][6]
     for dt, wanted in ((1e-3, coarse), (0.2e-3, fine)):
         t, _, _, force = hs.stick_slip(model, **FIRST, speed=0.02, dt=dt, seconds=6.0, **options)
@@ -206,7 +206,7 @@ def test_dahls_creep_agrees_with_its_curve():
 
 
 def test_friction_by_the_sign_of_the_velocity_chatters_and_creeps():
-    """A step changes the speed by F_c T / m = 10 mm/s, so the speed never gets closer to zero than that."""
+    """A step changes the speed by F_c T / m = 10 mm/s, so the speed changes its sign in every step."""
     _, x, v = slide("coulomb", nothing(2.0, 1e-3), mass=0.05, static=0.5, kinetic=0.5, v0=0.1234)
     late = v[-1000:]
     assert np.abs(late).max() <= 0.01

@@ -15,9 +15,9 @@ STROKE = {"pet": 1.2, "rub": 0.3}  # s: duration of a stroke from one end to the
 
 
 def grown(gain, speed, start, seconds):
-    """Return the mood: dc/dt = gain speed while content, and dc/dt = gain speed - c / 10 s otherwise.
+    """Return the contentment c after some seconds at one speed in m/s.
 
-    At rest (the gain is 0 below 3 mm/s) the mood also decays.
+    If c is positive, dc/dt = gain speed; otherwise, and below 3 mm/s, dc/dt = gain speed - c / 10 s.
     """
     if start > 0.0 and speed > 0.003:
         return start + gain * speed * seconds

@@ -21,7 +21,7 @@ COUNT = 20e-6
 
 
 def chatter(ratio, late, mass=0.02):
-    """Return the largest peak-to-peak motion in counts over four starts; friction is ratio · m Δ / T²."""
+    """Return the largest peak-to-peak motion in counts (Δ) over four starts; friction is ratio · m Δ / T²."""
     level = ratio * mass * COUNT / 1e-6
     found = []
     for x, v in ((0.0, 0.1234), (3e-6, 0.05), (7e-6, 0.2), (1.3e-5, -0.08)):
@@ -227,7 +227,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
 def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
     """The limits are those of theory §1.
 
-    The limit of the smoothed model is 2 m/T + 4 b/3, where B n0 / T = 1.
+    In the smoothed model, the kinetic force divided by the stick velocity must be below 2 m/T + 4 b/3.
     """
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [

@@ -1,4 +1,4 @@
-"""The machine's program runs in simavr, which calls single functions and counts their cycles."""
+"""Call single functions of the board's virtual machine in simavr, and count their cycles."""
 
 import shutil
 import struct

@@ -1,4 +1,7 @@
-"""Two flip trackers on sensor readings: the firmware's, compiled here, and the class template's."""
+"""Two algorithms that count the jumps ("flips") of the sensor's saw-tooth signal.
+
+They are the firmware's, which is compiled here, and the class template's.
+"""
 
 import ctypes
 import functools
