@@ -35,7 +35,7 @@ _SIDE = 14
 _DOT, _LONGEST_NAME = 24, 60
 
 
-class Column(QScrollArea):
+class LessonColumn(QScrollArea):
     """A scrolling column of widgets."""
 
     def __init__(self, gap: int = 10) -> None:
@@ -214,7 +214,7 @@ class LessonsPage(Page):
 
     def _list_part(self) -> QWidget:
         part = QWidget()
-        self.listed = Column(gap=6)
+        self.listed = LessonColumn(gap=6)
         self.folder = QPushButton("Choose a folder…", autoDefault=True)
         self.folder.setToolTip("Lessons of your own, from a folder")
         self.folder.clicked.connect(self.ask_folder)
@@ -266,7 +266,7 @@ class LessonsPage(Page):
         self.back_to_list.clicked.connect(lambda: self.player.leave())
         self.place, self.title = label(role="hint", wrap=False), label(role="title")
         self.dot_row = hbox(gap=6)
-        self.body = Column()
+        self.body = LessonColumn()
         self.back, self.next = (QPushButton(words, autoDefault=True) for words in ("Back", "Next"))
         icons.bind(self.back, "chevron_left", "ink", 16)
         self.back.setToolTip("To the previous step (Alt+Left)")
