@@ -213,7 +213,7 @@ _LABELLED = 0.01  # fraction of the axis; narrower parts have no label
 _FEWEST_ROWS = 12.0  # smallest number of rows for the layout, so that few bars are not too thick
 _BOTH, _BELOW = 560.0, 0.36  # pt: height that both charts need; height fraction of the lower chart
 _LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: smallest error of a method that is drawn; level of rounding errors
-_NAMES, _FIGURES = 190.0, 170.0  # pt: width of the labels at the left and of the figures at the right
+_NAMES, _FIGURES = 206.0, 170.0  # pt: width of the labels at the left and of the figures at the right
 
 
 def _places(scene: "SceneResult") -> list[str]:
