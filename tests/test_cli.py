@@ -120,7 +120,7 @@ def test_export_names_the_line_of_a_drifting_clock(tmp_path, monkeypatch, capsys
     line = text.splitlines().index("    s.t += dt") + 1
     assert main(["export", "clock.py", "--trust", "-o", "mine"]) == 0
     said = capsys.readouterr().out
-    assert f"\nLine {line}: `s.t` drifts on the board and in a sketch: count calls, `s.t += 1`" in said
+    assert f"\nLine {line}: `s.t` becomes inaccurate on the board and in a sketch" in said
     assert "// `s.t` drifts" in (tmp_path / "mine" / "mine.ino").read_text("utf-8")
     assert main(["export", "clock.py", "--force", "--json", "-o", "mine"]) == 0
     assert [r["line"] for r in json.loads(capsys.readouterr().out)["remarks"]] == [line]
@@ -325,7 +325,7 @@ def engine_on_bad_link():
     )
 
 
-TOO_STIFF = "Lower the stiffness, or let the board render."
+TOO_STIFF = "Lower the stiffness, or let the board compute the force."
 
 
 def test_link_problems_are_in_the_result(capsys, monkeypatch):

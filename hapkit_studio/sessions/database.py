@@ -77,7 +77,7 @@ class Database:
         log, index = (_size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX))
         if _has_journal(path):
             raise SessionError(
-                f"{name} was being changed by another program: {name}{_JOURNAL} is next to it."
+                f"{name} is incomplete: another program was changing it, as {name}{_JOURNAL} is next to it."
             )
         self.log_lost = not self.complete and not log
         self.version = _version(header)
@@ -87,7 +87,7 @@ class Database:
         except (*ERRORS, OSError, DamagedError, SessionError) as error:
             self._remove_copy()
             if self.log_lost and not isinstance(error, OSError):
-                raise SessionError(f"{name} has lost its samples: they were in {name}{LOG}.") from None
+                raise SessionError(f"{name} has lost its samples, which were in {name}{LOG}.") from None
             if isinstance(error, SessionError):
                 raise
             why = getattr(error, "strerror", "") or one_line(str(error))
@@ -123,7 +123,7 @@ class Database:
         size = _size(path) + _size(log)
         if size > _MOST_COPIED:
             name = one_line(path.name)
-            step = f"copy it, with {name}{LOG}, into a folder with write permission"
+            step = f"copy it and {name}{LOG} into a folder in which you may write"
             raise SessionError(f"{name} cannot be read in its folder: {step}.")
         self._copy = tempfile.TemporaryDirectory(prefix="hapkit-session-")
         copy = Path(self._copy.name) / path.name
@@ -151,9 +151,10 @@ def _header(path: Path) -> bytes:
     version = _version(header)
     if version > VERSION:
         newer = (
-            f"{one_line(path.name)} was made by a newer studio (version {version}, this one reads {VERSION})"
+            f"{one_line(path.name)} was made by a newer version of this program (file version {version}, "
+            f"not {VERSION})"
         )
-        raise SessionError(f"{newer}: update the studio.")
+        raise SessionError(f"{newer}. Update the program.")
     return header
 
 
@@ -162,7 +163,7 @@ def _version(header: bytes) -> int:
 
 
 def _foreign(path: Path) -> SessionError:
-    return SessionError(f"{one_line(path.name)} is not a session of the studio.")
+    return SessionError(f"{one_line(path.name)} is not a session of Hapkit Studio.")
 
 
 def _size(path: Path) -> int:
@@ -172,7 +173,7 @@ def _size(path: Path) -> int:
     except OSError:
         return 0
     if not stat.S_ISREG(found.st_mode):
-        raise SessionError(f"{one_line(path.name)} is not a regular file, so it is not read.")
+        raise SessionError(f"{one_line(path.name)} is not a regular file, so it cannot be read.")
     return found.st_size
 
 
@@ -214,5 +215,5 @@ def _layout(database: sqlite3.Connection) -> Layout:
     found = database.execute(query).fetchall()
     for *values, crc in found:
         if crc != checksum(values):
-            raise DamagedError("the checksum of its layout is wrong")
+            raise DamagedError("the list of its signals is damaged")
     return checked_layout([tuple(values) for *values, _ in found])

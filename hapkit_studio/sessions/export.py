@@ -36,9 +36,9 @@ def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> N
     """
     ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:
-        raise ParameterError(f"A table's name ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
+        raise ParameterError(f"A table's name must end in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
     if decimal not in DECIMALS:
-        raise ParameterError(f"The decimal mark is a point or a comma, not {decimal!r}.")
+        raise ParameterError(f"The decimal mark must be a point or a comma, not {decimal!r}.")
     with replacing(path) as part:
         WRITERS[ending](part, columns, log, decimal)
 
@@ -60,7 +60,9 @@ def _parquet(path: Path, columns: Columns, log: Log, _decimal: str) -> None:
     try:
         from pyarrow import parquet, table
     except ImportError:
-        raise ParameterError("Parquet needs pyarrow: pip install 'hapkit-studio[parquet]'.") from None
+        raise ParameterError(
+            "Parquet files need the package pyarrow. Install it: pip install 'hapkit-studio[parquet]'."
+        ) from None
     named = table(dict(columns)).replace_schema_metadata({"settings": settings_log.as_json(log)})
     parquet.write_table(named, path)
 

@@ -141,7 +141,7 @@ class SessionWriter:
                 self._check_in_place()
                 (mode,) = self._database.execute("PRAGMA journal_mode=DELETE").fetchone()
                 if mode != "delete":
-                    raise sqlite3.OperationalError("another program reads it")
+                    raise sqlite3.OperationalError("another program is reading it")
         finally:
             self._database.close()
 
@@ -153,7 +153,7 @@ class SessionWriter:
             return ""
         if not log.exists():
             return f"The earlier samples are in {name}."
-        one = "Save a copy (sessions repair) makes one complete file of them."
+        one = "To make one complete file of them, save a copy (sessions repair)."
         return f"The earlier samples are in {name} and {log.name}: keep both. {one}"
 
     @property

@@ -109,23 +109,23 @@ def checked_layout(rows: list[tuple]) -> Layout:
     Raise DamagedError if the rows are invalid.
     """
     if len(rows) > MOST_SIGNALS:
-        raise DamagedError(f"its layout has more than {MOST_SIGNALS} signals")
+        raise DamagedError(f"the list of its signals has more than {MOST_SIGNALS} signals")
     found: dict[str, StoredSignal] = {}
     for row in rows:
         signal = StoredSignal(*row)
         texts = signal.name, signal.unit, signal.delta_to
         if not all(isinstance(text, str) for text in texts) or not _NAME.fullmatch(signal.name):
-            raise DamagedError("its layout has a signal without a name")
+            raise DamagedError("the list of its signals has a signal without a name")
         known = signal.name not in _RESERVED and signal.name not in found
         if (
             not known
             or len(signal.unit) > _LONGEST_UNIT
             or (signal.delta_to and signal.delta_to not in found)
         ):
-            raise DamagedError(f"its layout has no valid signal {signal.name}")
+            raise DamagedError(f"the list of its signals has no valid signal {signal.name}")
         if not {signal.extremes, signal.optional} <= {0, 1}:
-            raise DamagedError(f"its layout has no valid signal {signal.name}")
+            raise DamagedError(f"the list of its signals has no valid signal {signal.name}")
         found[signal.name] = signal
     if "time" not in found:
-        raise DamagedError("its layout has no time")
+        raise DamagedError("the list of its signals has no time")
     return Layout(tuple(found.values()))

@@ -91,7 +91,7 @@ def _some(titles: list[str]) -> str:
 
 def _notes(row: Overview) -> str:
     if row.error or row.damage or row.unfinished:
-        return "Cannot be read" if row.error else "Damaged" if row.damage else "Not ended"
+        return "File cannot be read" if row.error else "File damaged" if row.damage else "Recording not ended"
     return ", ".join(row.noted)
 
 

@@ -118,9 +118,9 @@ class Session:
         if self.complete:
             return ""
         if self._file.log_lost:
-            return f"Incomplete: the newest samples are lost with {name}{LOG}."
-        one = "Save a copy (sessions repair) makes one complete file."
-        return f"Incomplete: the newest samples are in {name}{LOG}. {one}"
+            return f"The recording is incomplete: its newest samples are lost with {name}{LOG}."
+        one = "To make one complete file, save a copy (sessions repair)."
+        return f"The recording is incomplete: its newest samples are in {name}{LOG}. {one}"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -197,9 +197,9 @@ class Session:
         width = len(names) + (STATE in names) * (self._states[numbers] - 1)
         size = 8 * int((self.counts[numbers] * width).sum())
         if size > MOST_READ:
-            samples = f"{self.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB"
-            limit = f"at most {1e-9 * MOST_READ:.1f} GB are read at once"
-            raise SessionError(f"{samples}; {limit}. Take a shorter part: sessions export --from --to.")
+            samples = f"{self.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB, but"
+            limit = f"at most {1e-9 * MOST_READ:.1f} GB can be read at once"
+            raise SessionError(f"{samples} {limit}. Choose a shorter part: sessions export --from --to.")
         pieces = []
         for number in numbers:
             try:
@@ -253,7 +253,7 @@ class Session:
                 time, kind, text = values
                 count, size = count + 1, size + len(text)
                 if count > _MOST_EVENTS or size > _MOST_TEXT:
-                    limits = f"{_MOST_EVENTS:,} events and {_MOST_TEXT:,} characters are read"
+                    limits = f"{_MOST_EVENTS:,} events and {_MOST_TEXT:,} characters can be read"
                     self._left_out("event", row, f"{place} and later rows: at most {limits}.")
                     return
                 if crc != checksum(values):
@@ -282,7 +282,7 @@ class Session:
                 checked_number(chunk.stop, f"{place}: stop", first, first + _MOST_SECONDS, "s")
                 samples += chunk.count
                 if samples > _MOST_IN_ALL:
-                    limit = f"at most {_MOST_IN_ALL:,} samples are read"
+                    limit = f"at most {_MOST_IN_ALL:,} samples can be read"
                     self._left_out("chunk", row, f"{place} and later rows: {limit}.")
                     break
                 head = Chunk(chunk.count, chunk.start, chunk.stop, chunk.states, b"", {}, self.layout)

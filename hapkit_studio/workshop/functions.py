@@ -107,7 +107,7 @@ class Functions:
                 self._process.wait()  # type: ignore[union-attr]
                 self.off = (
                     f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much "
-                    "memory: its functions besides the law are switched off."
+                    "memory: its functions except the law are switched off."
                 )
                 return None
 

@@ -31,9 +31,9 @@ _OTHER = (
     (_MADE + r"takes .* but \d+ were given", r"\1 has too many arguments"),
     (
         r"object of type '(?:Parameter|Choice)' has no len\(\)",
-        "`parameters` is a list in brackets; a single one ends with a comma: (Parameter(…),)",
+        "`parameters` must be a list in brackets; a list of one ends with a comma: (Parameter(…),)",
     ),
-    (r"'(?:Parameter|Choice)' object is not iterable", "`parameters` is a list in brackets"),
+    (r"'(?:Parameter|Choice)' object is not iterable", "`parameters` must be a list in brackets"),
 )
 
 
@@ -61,17 +61,21 @@ def _text_for(error: BaseException, inside: bool) -> str:
         case NameError(name=str(name)):
             return f"'{name}' is not defined"
         case AttributeError(name="state_names"):
-            return "the force is not a law: write `@law` above its `def`"
+            return "the function of the force is not a law: write `@law` above its `def`"
         case AttributeError(name="key"):
-            return "`parameters` contains Parameter(…) and Choice(…) only"
+            return "`parameters` must contain only Parameter(…) and Choice(…)"
         case KeyError(args=[key, *_]):
             return f"there is no {key!r}"
         case ModuleNotFoundError(name=name):
             return f"there is no module '{name}'"
         case RecursionError():
-            return "a function calls itself endlessly" if inside else "a line of the law is nested too deep"
+            return (
+                "a function calls itself endlessly"
+                if inside
+                else "a line of the law has too many brackets inside one another"
+            )
         case MemoryError():
-            return "this needs too much memory"
+            return "the file needs too much memory"
         case SystemExit() | EOFError() | KeyboardInterrupt():
             return "a file must not end the program or ask for input"
         case ZeroDivisionError():
@@ -119,7 +123,7 @@ def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Env
     for parameter in made.parameters:
         complaint = _parameter_fault(parameter)
         if not complaint and parameter.key in seen:
-            complaint = f"there are two parameters '{parameter.key}'"
+            complaint = f"two parameters have the same name '{parameter.key}'"
         if complaint:
             raise LawError(complaint, _call_line(tree, parameter) or _environment_line(tree))
         seen.add(parameter.key)
@@ -130,48 +134,52 @@ def _check_texts(made: Environment, tree: ast.Module) -> None:
     """Raise LawError unless key, title and other texts are valid."""
     if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
         raise LawError(
-            f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _keyword_line(tree, "key")
+            f'`key` must consist of a–z, 0–9 and _, like "my_wall", not {made.key!r}',
+            _keyword_line(tree, "key"),
         )
     if made.key in taken_keys():
         raise LawError(
-            f'the key "{made.key}" is taken by the studio: choose another one', _keyword_line(tree, "key")
+            f'the key "{made.key}" is already used by the program: choose another one',
+            _keyword_line(tree, "key"),
         )
     for name in ("title", "summary", "formula", "symbols", "explanation", "scene", "restless"):
         if not isinstance(getattr(made, name), str):
-            raise LawError(f"`{name}` is text in quotation marks", _keyword_line(tree, name))
+            raise LawError(f"`{name}` must be text in quotation marks", _keyword_line(tree, name))
     if not made.title.strip():
         raise LawError(
             "`title` is the environment's name: it must not be empty", _keyword_line(tree, "title")
         )
     if not all(type(p) in (Parameter, Choice) for p in made.parameters):
         raise LawError(
-            "`parameters` contains Parameter(…) and Choice(…) only", _keyword_line(tree, "parameters")
+            "`parameters` must contain only Parameter(…) and Choice(…)", _keyword_line(tree, "parameters")
         )
     for name in GIVES:
         function = getattr(made, name)
         if function is not None and not callable(function):
-            raise LawError(f"`{name}` is a function", _keyword_line(tree, name))
+            raise LawError(f"`{name}` must be a function", _keyword_line(tree, name))
 
 
 def _parameter_fault(parameter: AnyParameter) -> str:
     """Return what is wrong with a parameter; "" if it is valid."""
     key = parameter.key
     if not isinstance(key, str) or not key.isidentifier() or key.startswith("_"):
-        return f'a parameter\'s first value is its name in the law, like "stiffness", not {key!r}'
+        return f'the first value of a parameter must be its name in the law, like "stiffness", not {key!r}'
     for name in ("label", "unit", "help", "symbol"):
         if not isinstance(getattr(parameter, name), str):
-            return f"'{key}': its {name} is text in quotation marks, not {getattr(parameter, name)!r}"
+            return f"'{key}': its {name} must be text in quotation marks, not {getattr(parameter, name)!r}"
     return _choice_fault(parameter) if isinstance(parameter, Choice) else _number_fault(parameter)
 
 
 def _choice_fault(choice: Choice) -> str:
     options = choice.options
     if not isinstance(options, tuple | list) or not options or not all(isinstance(o, str) for o in options):
-        return f'\'{choice.key}\': its options are names in brackets, like ("right", "left")'
+        return f'\'{choice.key}\': its options must be names in brackets, like ("right", "left")'
     if len(set(options)) < len(options):
         return f"'{choice.key}': two of its options have the same name"
     if choice.default_option and choice.default_option not in options:
-        return f"'{choice.key}': its default is one of {', '.join(options)}, not {choice.default_option!r}"
+        return (
+            f"'{choice.key}': its default must be one of {', '.join(options)}, not {choice.default_option!r}"
+        )
     return ""
 
 
@@ -183,11 +191,12 @@ def _number_fault(parameter: Parameter) -> str:
             return f"'{key}': its {name} must be a number, not {value!r}"
     if parameter.low >= parameter.high:
         return (
-            f"'{key}' goes from {parameter.low:,g} to {parameter.high:,g}{unit}: the lower limit comes first"
+            f"'{key}' has the limits {parameter.low:,g} and {parameter.high:,g}{unit}: write the lower "
+            "limit first"
         )
     if not parameter.low <= parameter.default <= parameter.high:
         limits = f"{parameter.low:,g} to {parameter.high:,g}{unit}"
-        return f"'{key}' goes from {limits}, its default is {parameter.default:,g}{unit}"
+        return f"the default of '{key}' must be from {limits}, not {parameter.default:,g}{unit}"
     return ""
 
 

@@ -76,12 +76,12 @@ _SENSORS = {Sensor.MAGNETORESISTIVE: "a2", Sensor.AS5048A: "as5048a", Sensor.QUA
 _MAPS = {MotorMap.SQUARE: "square", MotorMap.LINEAR: "linear", MotorMap.TABLE: "table"}
 _MOTORS = {Pins.D5_D8: "d5", Pins.D3_D12: "d3"}
 _UPRIGHT = (
-    "Before the board starts, hold the handle where its zero is to be, usually upright: every start "
-    "takes the handle's position as 0. Then connect the motor's power supply."
+    "Before the board starts, hold the handle at the place of its zero, usually upright: each time "
+    "the board starts, it takes this position as 0. Then connect the motor's power supply."
 )
 _NEAR = (
-    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: the calibrated zero repeats "
-    "with the sensor, and the nearest repeat is used. Then connect the motor's power supply."
+    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: the sensor repeats its "
+    "values, and the board uses the nearest zero. Then connect the motor's power supply."
 )
 
 
@@ -145,14 +145,14 @@ def check(rate: int, estimator: Spec, prints: int) -> None:
     """Raise ParameterError for options that a sketch does not support."""
     if rate not in RATES:
         raise ParameterError(
-            f"A sketch renders at {', '.join(f'{r:,}' for r in RATES)} Hz, not at {rate:,g} Hz."
+            f"The rate of a sketch must be {', '.join(f'{r:,}' for r in RATES)} Hz, not {rate:,g} Hz."
         )
     if not 0 <= prints <= MOST_PRINTS:
-        raise ParameterError(f"A sketch prints 0 to {MOST_PRINTS} lines a second, not {prints}.")
+        raise ParameterError(f"A sketch must print between 0 and {MOST_PRINTS} lines a second, not {prints}.")
     key = estimators.parse(estimator)[0].key
     if key not in ESTIMATORS:
         known = ", ".join(ESTIMATORS)
-        raise ParameterError(f"A sketch estimates the velocity by {known}, not by {key}.")
+        raise ParameterError(f"The velocity filter of a sketch must be one of {known}, not {key}.")
 
 
 def _template(name: str) -> Template:
@@ -231,12 +231,10 @@ def sketch_path(wanted: str | Path) -> Path:
     if is_special(path):
         return path
     if path.suffix and path.suffix != ENDING and not path.suffix[1:].isdigit():
-        raise ParameterError(f"A sketch's name ends in {ENDING} or has no ending, not {path.suffix!r}.")
+        raise ParameterError(f"A sketch's name must end in {ENDING} or have no ending, not {path.suffix!r}.")
     name = path.name.removesuffix(ENDING)
     if not _NAME.fullmatch(name):
-        raise ParameterError(
-            f"A sketch's name has letters, digits, _ and -, at most 63 of them, not {name!r}."
-        )
+        raise ParameterError(f"A sketch's name must have at most 63 letters, digits, _ and -, not {name!r}.")
     folder = path.parent if path.parent.resolve().name == name else path.parent / name
     return folder / f"{name}{ENDING}"
 

@@ -68,7 +68,7 @@ def _record(source: Source) -> Path:
 
 TIMEOUT = 20.0
 NO_END = "does not end"
-_GONE = "ended the test process: remove calls that exit"
+_GONE = "ended Python: remove calls such as exit()"
 _CRASHED = "crashed Python"
 _LAST_WORDS_SECONDS = 0.02
 _MODULE = "hapkit_studio.workshop.trial"

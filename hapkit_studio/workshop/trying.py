@@ -161,16 +161,16 @@ SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
     arrays.LAW_INDEX: (
-        "the index is out of range of the state or table",
-        "limit it to 0 to below the number of values",
+        "the index is outside the state or table",
+        "keep it between 0 and the number of values minus 1",
     ),
-    arrays.LAW_FUEL: ("this does not end", "use fewer turns"),
+    arrays.LAW_FUEL: ("the law takes too long", "use fewer turns of loops"),
     arrays.LAW_DIVISION: (
         "a division by zero",
         "test the divisor first, or set the parameter's lower limit above 0",
     ),
     arrays.NOT_A_NUMBER: (
-        "this is not a finite number",
+        "the result is not a finite number",
         "test for it first, or narrow the parameter's limits",
     ),
 }
@@ -214,9 +214,9 @@ def _try_function(environment: Environment, name: str) -> None:
             shape = np.shape(convert(found))
         except (TypeError, ValueError):
             line = _first_line(function)
-            raise LawError(f"this function returns {wanted}, not {found!r:.60}", line) from None
+            raise LawError(f"this function must return {wanted}, not {found!r:.60}", line) from None
         if name.startswith("over_") and shape[-1:] != ALONG.shape:
-            raise LawError("a curve has one value for each requested position", _first_line(function))
+            raise LawError("a curve must have one value for each requested position", _first_line(function))
 
 
 def _first_line(function: Callable) -> int:
@@ -258,9 +258,9 @@ def _text(environment: Environment, sequence: Sequence, call: int, code: int) ->
 def _warnings(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
     """Yield warnings that do not prevent the environment from running."""
     if cost > SLOW_NS:
-        yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."
+        yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may be too slow for 10 kHz."
     if not pushes:
-        yield "The law has no effect: its force was 0 N in every call."
+        yield "The law has no effect: the force was 0 N each time that it was tried."
     used = set(re.findall(r"\bp\[(\d+)\]", environment.force.source.partition("\ndef law(")[2]))
     for i, p in enumerate(environment.parameters):
         if str(i) not in used:

@@ -288,12 +288,12 @@ def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeyp
     with closing(Session(tmp_path / "a.hapkit")) as found:
         assert found.counts.sum() == 20 * MOST_SAMPLES
         assert found.damage == (
-            "a.hapkit is damaged. Left out: chunk 21 and later rows: at most 1,310,720 samples are read.",
+            "a.hapkit is damaged. Left out: chunk 21 and later rows: at most 1,310,720 samples can be read.",
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
         # the values take 8 bytes each
         for names, size in ((("time", "position"), 0.021), (("state",), 0.168)):
-            text = f"a.hapkit: 1,310,720 samples take {size:.1f} GB; at most 0.0 GB are read at once. Take a"
+            text = f"a.hapkit: 1,310,720 samples take {size:.1f} GB, but at most 0.0 GB can be read at once."
             with pytest.raises(SessionError, match=text):
                 found.read(names)
 
@@ -405,7 +405,7 @@ def test_a_schema_that_takes_too_long_to_read_is_refused(path, monkeypatch):
     with pytest.raises(SessionError, match=r"bad\.hapkit cannot be read: interrupted\."):
         Session(path)
     monkeypatch.undo()
-    with pytest.raises(SessionError, match=r"bad\.hapkit is not a session of the studio\."):
+    with pytest.raises(SessionError, match=r"bad\.hapkit is not a session of Hapkit Studio\."):
         Session(path)
 
 
@@ -417,7 +417,7 @@ def test_files_that_would_block_or_are_not_regular_are_refused(path, capsys):
     lines = listed(path.parent, capsys)
     assert lines["fifo.hapkit"].endswith("fifo.hapkit: it is not a regular file.")
     assert "Cannot read" in lines["folder.hapkit"]
-    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file, so it is not read.")
+    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file, so it cannot be read.")
     assert "neighbour.hapkit" in lines
 
 

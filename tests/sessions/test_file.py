@@ -80,11 +80,11 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
         ("DROP TABLE signal", "is not a session"),
         (
             "UPDATE signal SET delta_to = 'energy' WHERE name = 'velocity'",
-            "the checksum of its layout is wrong",
+            "the list of its signals is damaged",
         ),
         ("DELETE FROM signal WHERE name = 'velocity'", "is not a session"),
-        ("DELETE FROM signal WHERE name = 'time'", "its layout has no time"),
-        ("PRAGMA user_version=3", "version 3, this one reads 2"),
+        ("DELETE FROM signal WHERE name = 'time'", "the list of its signals has no time"),
+        ("PRAGMA user_version=3", "version 3, not 2"),
     ],
 )
 def test_files_with_other_tables_or_a_newer_version_are_refused(tmp_path, statement, said):
@@ -174,7 +174,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_the_data_written(tmp_path):
     with closing(Session(tmp_path / "a.hapkit")) as session:
         assert session.counts[0] == 300
     assert writer.remains.startswith(
-        "The earlier samples are in a.hapkit and a.hapkit-wal: keep both. Save a copy "
+        "The earlier samples are in a.hapkit and a.hapkit-wal: keep both. To make one complete file of them, "
     )
     writer.close()
     assert writer.remains == "The earlier samples are in a.hapkit."
@@ -277,8 +277,11 @@ def test_a_killed_recording_opens_from_a_read_only_folder(killed, read_only, tmp
     with closing(Session(place / "a.hapkit")) as session:
         assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
         assert session.check() == ()
-        one = "Save a copy (sessions repair) makes one complete file."
-        assert session.unfinished == f"Incomplete: the newest samples are in a.hapkit-wal. {one}"
+        one = "To make one complete file, save a copy (sessions repair)."
+        assert (
+            session.unfinished
+            == f"The recording is incomplete: its newest samples are in a.hapkit-wal. {one}"
+        )
         session.repair(tmp_path / "whole.hapkit")
     assert contents(place) == contents(folder)
     assert list((tmp_path / "temporary").iterdir()) == []
@@ -322,7 +325,7 @@ def test_a_copy_that_would_be_too_large_gives_advice(killed, monkeypatch):
     (folder / "a.hapkit-shm").unlink()
     monkeypatch.setattr(database, "_MOST_COPIED", 1000)
     with pytest.raises(
-        SessionError, match=r"copy it, with a\.hapkit-wal, into a folder with write permission\.$"
+        SessionError, match=r"copy it and a\.hapkit-wal into a folder in which you may write\.$"
     ):
         Session(folder / "a.hapkit")
 
@@ -343,10 +346,13 @@ def test_a_recording_without_its_log_reports_the_loss(tmp_path, moved):
     if moved:
         with closing(Session(path)) as session:
             assert session.counts.sum() == 900
-            assert session.unfinished == "Incomplete: the newest samples are lost with a.hapkit-wal."
+            assert (
+                session.unfinished
+                == "The recording is incomplete: its newest samples are lost with a.hapkit-wal."
+            )
     else:
         with pytest.raises(
-            SessionError, match=r"^a\.hapkit has lost its samples: they were in a\.hapkit-wal\.$"
+            SessionError, match=r"^a\.hapkit has lost its samples, which were in a\.hapkit-wal\.$"
         ):
             Session(path)
     assert list(path.parent.iterdir()) == [path]

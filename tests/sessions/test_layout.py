@@ -125,7 +125,7 @@ def test_a_file_of_version_1_is_read_exported_annotated_and_repaired(tmp_path):
     ],
 )
 def test_an_inconsistent_layout_is_refused(signals):
-    with pytest.raises(DamagedError, match=r"^its layout has "):
+    with pytest.raises(DamagedError, match=r"^the list of its signals has "):
         checked_layout(signals)
 
 

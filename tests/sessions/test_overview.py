@@ -71,5 +71,5 @@ def test_environments_markers_and_changes_are_those_of_the_session(tmp_path):
 def test_a_foreign_file_is_reported_as_one(tmp_path):
     (tmp_path / "a.hapkit").write_text("a letter")
     found = overview(tmp_path / "a.hapkit")
-    assert found.error == "a.hapkit is not a session of the studio."
+    assert found.error == "a.hapkit is not a session of Hapkit Studio."
     assert found.trace.shape == (3, 0)

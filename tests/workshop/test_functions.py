@@ -34,8 +34,7 @@ GIVEN = {
 """
 VALUES = {"stiffness": 5.0, "mass": 1.0, "side": 0.0}
 OFF = (
-    "`check` of mine.py took more than 1 s or too much memory: "
-    "its functions besides the law are switched off."
+    "`check` of mine.py took more than 1 s or too much memory: its functions except the law are switched off."
 )
 
 
@@ -120,7 +119,7 @@ def test_the_process_ends_with_its_parent(tmp_path, stiffness):
     ("statement", "said"),
     [
         ("while True: pass", "`check` does not end"),
-        ("os._exit(0)", "`check` ended the test process: remove calls that exit"),
+        ("os._exit(0)", "`check` ended Python: remove calls such as exit()"),
         ("os.abort()", "`check` crashed Python"),
     ],
 )

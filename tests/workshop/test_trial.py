@@ -72,10 +72,10 @@ def test_an_abandoned_trial_ends_by_itself():
 
 
 ENDS = [
-    ("import os\nos._exit(0)\n", "the file ended the test process"),
+    ("import os\nos._exit(0)\n", "the file ended Python"),
     ("import os\nos.abort()\n", "the file crashed Python"),
-    ("import os\nos.closerange(0, 100)\n", "the file ended the test process"),
-    ("raise KeyboardInterrupt\n", "the file ended the test process"),
+    ("import os\nos.closerange(0, 100)\n", "the file ended Python"),
+    ("raise KeyboardInterrupt\n", "the file ended Python"),
     ("input('name? ')\n", "a file must not end the program or ask for input"),
 ]  # fmt: skip
 
@@ -90,7 +90,7 @@ def test_a_file_that_ends_the_program_gets_a_verdict(tmp_path, beside, said):
 def test_a_file_that_takes_all_memory_gets_a_verdict(tmp_path):
     whole = text(beside="A = bytes(4 * 10**9)\n")
     (problem,) = trial.check(saved(tmp_path, whole)).problems
-    assert problem == Problem(line_of(whole, "A = bytes"), "this needs too much memory")
+    assert problem == Problem(line_of(whole, "A = bytes"), "the file needs too much memory")
 
 
 @pytest.mark.slow

@@ -296,7 +296,7 @@ def test_an_invalid_file_gives_a_reason_and_changes_nothing(kept_idle_window, qt
     (home / "c.hapkit").write_text("a letter")
     opened(window, qtbot, home / "c.hapkit")
     assert window.replay.history is None
-    assert window.banners.get("replay").text == "c.hapkit is not a session of the studio."
+    assert window.banners.get("replay").text == "c.hapkit is not a session of Hapkit Studio."
 
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")

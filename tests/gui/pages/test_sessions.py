@@ -64,7 +64,7 @@ def choose(page, name):
 def test_the_folder_is_listed_and_unreadable_files_say_why(page):
     assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
     choose(page, "broken")
-    assert page.side.words.text() == "broken.hapkit is not a session of the studio."
+    assert page.side.words.text() == "broken.hapkit is not a session of Hapkit Studio."
     assert not page.export.isEnabled()
     assert page.chart.isHidden()
     choose(page, "friction in the lab")
@@ -224,7 +224,7 @@ def finished(page, qtbot):
 
 def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbot):
     choose(page, "friction in the lab")
-    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name has none of")):
+    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name must not contain")):
         shared_window.activateWindow()
         assert QTest.qWaitForWindowActive(shared_window, PATIENCE_MS)
         QTest.keyClick(page.table, Qt.Key.Key_F2)
@@ -262,7 +262,7 @@ def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
     page.load()
     finished(page, qtbot)
     choose(page, "killed")
-    assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Not ended"
+    assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Recording not ended"
     assert "the newest samples are in killed.hapkit-wal. Save a copy" in page.side.words.text()
     enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
     assert {words for words, on in enabled.items() if not on} == {"Note…", "Rename…"}
