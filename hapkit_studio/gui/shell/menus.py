@@ -33,7 +33,7 @@ def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
 
 
 def _add_devices(menu: QMenu, studio: Studio) -> None:
-    choose = QMenu("Choose environment", menu)
+    choose = QMenu("Choose device", menu)
     choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
     first = menu.actions()[0]
     menu.insertMenu(first, choose)

@@ -182,6 +182,8 @@ class RecentPlot(pg.PlotWidget):
             self.addItem(line)
         self.setXRange(-SECONDS, 0.0, padding=0.01)
         self.getAxis("bottom").setStyle(showValues=False)
+        # pyqtgraph ignores the frame and its padding, which hide 8 px at the right and at the bottom
+        self.getPlotItem().layout.setContentsMargins(3, 3, 14, 12)
         self.getAxis("left").setWidth(52)
         theme.changed.connect(self._paint)
         self._paint()

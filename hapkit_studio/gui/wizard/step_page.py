@@ -5,7 +5,16 @@ from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QValidator
-from PySide6.QtWidgets import QDoubleSpinBox, QFrame, QLabel, QPushButton, QScrollArea, QWidget, QWizardPage
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFrame,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QWidget,
+    QWizardPage,
+)
 
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION, Calibration
 from hapkit_studio.analysis.calibrate.result import CheckResult
@@ -43,10 +52,10 @@ class StepPage(QWizardPage):
         self._buttons: list[tuple[QPushButton, Callable[[], bool]]] = []
         self.box, self.hint = ResultBox(), label()
         self.hint.setProperty("ink", "ink2")
-        self.column = vbox(label(self.heading, "title"), margins=(_SIDE, 18, _SIDE, _SPACE), gap=_SPACE)
+        self.column = vbox(margins=(_SIDE, 18, _SIDE, _SPACE), gap=_SPACE)
         self.foot = vbox(self.box, self.hint, margins=(_SIDE, 0, _SIDE, _SPACE), gap=6)
         content, area = QWidget(), QScrollArea()
-        content.setLayout(self.column)
+        vbox((self.column, 1), into=content).addStretch(0)
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setWidgetResizable(True)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -54,6 +63,7 @@ class StepPage(QWizardPage):
         content.setAutoFillBackground(False)
         area.viewport().setAutoFillBackground(False)
         vbox((area, 1), self.foot, into=self)
+        self.add_text(self.heading, "title")
         if self.intro:
             self.add_text(self.intro)
         self.box.show_text(self.begin)
@@ -88,9 +98,13 @@ class StepPage(QWizardPage):
 
     # building blocks
 
-    def add_text(self, words: str = "") -> QLabel:
-        """Add an instruction and return its label."""
-        made = label(words)
+    def add_text(self, words: str = "", role: str = "") -> QLabel:
+        """Add an instruction and return its label that takes no extra height."""
+        made = label(words, role)
+        made.setAlignment(Qt.AlignmentFlag.AlignTop)
+        policy = made.sizePolicy()
+        policy.setVerticalPolicy(QSizePolicy.Policy.Maximum)
+        made.setSizePolicy(policy)
         self.column.addWidget(made)
         return made
 

@@ -296,7 +296,7 @@ def test_the_drawing_shows_the_selected_method_and_a_failed_mass_is_measured_aga
     assert step.result is None
     play.hang(0.0)
     play.press(step.carry)
-    assert "0 g needed" in step.box.words.text()
+    assert "To carry 0 g," in step.box.words.text()
     assert "hang 50 g on the handle" in step.box.remedy.text()
     assert step.drawing.grams == "50"
     step.method.button(1).click()
