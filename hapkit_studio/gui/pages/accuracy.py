@@ -48,9 +48,9 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-PARTS = "Methods", "This scene", "What it needs"
-USE_MINE, USE_LITERATURE = "Use my threshold…", "Use the literature's"
-USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"
+PARTS = "Methods", "This scene", "What a scene needs"
+USE_MINE, USE_LITERATURE = "Use my threshold…", "Use published threshold"
+USE_RECOMMENDED, USE_CHOSEN = "Use recommended method", "Use this method"
 REST_MS = 400  # ms: all options are computed again this long after the last change of a setting
 
 
@@ -80,14 +80,17 @@ class MethodsPart(Part):
 
     file = "accuracy-methods"
     heading = "Methods"
-    begin = "Which method is most accurate for its cost?"
-    drawn, listed = "Error over cost of every method", "Cheapest method within each tolerance"
+    begin = "Which method has the smallest error for its computing time?"
+    drawn, listed = (
+        "Error of every method over its computing time",
+        "Fastest method within each error tolerance",
+    )
     read = charts.METHODS_KEY
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self._found: dict[tuple[str, str], Sheet] = {}
-        self.choice, self.where = QComboBox(), Segmented("Cost on", ("Computer", "Board"))
+        self.choice, self.where = QComboBox(), Segmented("Computing time on", ("Computer", "Board"))
         self.choice.setAccessibleName("Chart")
         for plan in accuracy.plans().values():
             for one in plan.scenes:
@@ -151,9 +154,12 @@ class ScenePart(Part):
 
     totals = Signal(object)
     file = "accuracy-scene"
-    heading, about = "This scene", "Every method for this scene. Choose one and feel it."
-    begin = "How close is this to the real thing, and what would be closer?"
-    drawn, listed = "Error of every option in its parts", "Options with error, rate and stiffness limit"
+    heading, about = "This scene", "The table lists every method for this scene. Choose one and feel it."
+    begin = "How close is this scene to the ideal scene, and which method would be closer?"
+    drawn, listed = (
+        "Error of every method, divided into its causes",
+        "Methods with error, rate and stiffness limit",
+    )
     read = charts.SCENE_KEY
     use_button: QPushButton
 
@@ -259,7 +265,7 @@ class ScenePart(Part):
         estimator = estimator_texts(q.estimator)[1]
         self.conditions.show_pairs([
             ("Velocity estimate", estimator), ("Delay", delay_text(result.options)),
-            ("Ideal", f"exact, {hertz(result.ideal_rate)}"),
+            ("Ideal scene", f"solved exactly at {hertz(result.ideal_rate)}"),
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
@@ -284,8 +290,8 @@ class ScenePart(Part):
     def _choose(self, one: Option | None) -> None:
         self._chosen, said = one, ""
         if one is not None:
-            felt = f"{jnd(one.error)}, sense: {one.sense}, hand motion: {one.hand}"
-            said = f"{felt}; {this_scene.limit_text(one.limit)}"
+            felt = f"Error: {jnd(one.error)}. Sense: {one.sense}. Motion of the hand: {one.hand}"
+            said = f"{felt}. Stiffness: {this_scene.limit_text(one.limit)}"
         self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(said)
 
@@ -316,25 +322,30 @@ class NeedsPart(Part):
     """Shows a table with a row per scene and a column per model term; the side explains the chosen cell."""
 
     file = "accuracy-needs"
-    begin = "What must be modelled? The scene is simulated again and again, each time without one property."
-    buttons = ("Run", "All scenes")
+    begin = (
+        "Which properties must a simulation contain? The scene is simulated several times, each "
+        "time without one property."
+    )
+    buttons = ("Run this scene", "Run all scenes")
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self._results: dict[str, Needs] = {}
-        self.table = Table("Scenes down, terms of the device across", cells=True)
+        self.table = Table("One row for each scene, one column for each property of the device", cells=True)
         self.details, self.law = Pairs(), hint()
-        self.side = SidePanel("What it needs", "Press Run, then choose a cell.")
+        self.side = SidePanel("What a scene needs", "Press Run this scene, then choose a cell of the table.")
         self.side.section("What each term of the law costs")
         self.side.add(self.law)
-        self.side.section("This cell")
+        self.side.section("Chosen cell")
         self.side.add(self.details)
-        self.side.section("Read the table")
+        self.side.section("How to read the table")
         self.side.add(hint(charts.NEEDS_KEY))
-        self.side.section("One just-noticeable difference")
+        self.side.section("One just-noticeable difference (JND)")
         self.own: Threshold | None = None
         self.choose_own, self.force = QPushButton(USE_MINE), hint()
-        self.choose_own.setToolTip("Take the threshold of force from a session with your own comparisons")
+        self.choose_own.setToolTip(
+            "Use your own threshold of force, from a session in which you compared forces"
+        )
         self.side.add(self.force)
         for row in THRESHOLDS[1:]:
             self.side.add(hint(_threshold_line(*row)))
@@ -350,7 +361,9 @@ class NeedsPart(Part):
     def _change_threshold(self) -> None:
         """Ask for a session with force comparisons, or return to the threshold from the literature."""
         if self.own is None:
-            choose_file(self, "Use my threshold", f"Sessions (*{SUFFIX})", self.open_own)
+            choose_file(
+                self, "Choose a session with your comparisons", f"Sessions (*{SUFFIX})", self.open_own
+            )
         else:
             self.use_own(None)
 
@@ -366,7 +379,7 @@ class NeedsPart(Part):
         words = _threshold_line(*THRESHOLDS[0])
         if found is not None:
             share = number(100.0 * found.weber.value, 0)
-            words = f"Force: {share} % of it, your own. {threshold_text(found)}"
+            words = f"Force: you notice a difference of {share} %. {threshold_text(found)}"
         self.force.setText(words)
         self._results.clear()
         self.bar.set_measured(False)
@@ -394,14 +407,18 @@ class NeedsPart(Part):
             terms = ", ".join(TERMS[term].word for term in found.needs)
             title = discover()[key].title
             who = "most people" if self.own is None else "you"
-            self.answer.show_text(f"{title} needs {terms}; {who} would not miss the rest.", "check", "ok")
+            self.answer.show_text(
+                f"{title} needs {terms}. Without the other properties, {who} would feel no difference.",
+                "check",
+                "ok",
+            )
 
     def _list(self) -> None:
         rows = [(one.title, self._results.get(key)) for key, one in discover().items()]
         heads = [term.word.replace(" ", "\n") for term in TERMS.values()]
         terms = map(_term_column, heads, range(len(heads)))
         scene = Column(
-            "Scene", lambda row: row[0] if row[1] else f"{row[0]}\nnot run", right=False,
+            "Scene", lambda row: row[0] if row[1] else f"{row[0]}\nnot run yet", right=False,
             token=lambda row: "ink" if row[1] else "ink3",
         )  # fmt: skip
         self.table.show_rows((scene, *terms), rows)
@@ -413,7 +430,10 @@ class NeedsPart(Part):
     def show_effect(self, found: Needs, effect: Effect) -> None:
         """Explain the effect of leaving out one term in one scene."""
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
-        self.law.setText("\n".join(one.text for one in found.law) or "No term of this law costs cycles.")
+        self.law.setText(
+            "\n".join(one.text for one in found.law)
+            or "Leaving out a part of this law saves no computing time."
+        )
         self.side.words.setText(need_text(found, effect))
         pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
         self.details.show_pairs(pairs)
@@ -426,11 +446,17 @@ class NeedsPart(Part):
 def need_text(found: Needs, effect: Effect) -> str:
     """Describe whether a scene needs a term."""
     if effect.felt is None:
-        return "No hand of this scene holds the handle, so its mass cannot be left out."
+        return "In this scene, no hand holds the handle, so the mass of the handle cannot be left out."
     if effect.term in found.needs:
-        return "The scene needs it." if effect.needed else "Needed if other terms are left out, too."
+        return (
+            "The scene needs this property."
+            if effect.needed
+            else "The scene needs this property if others are left out, too."
+        )
     return (
-        "Only the most sensitive people would miss it." if effect.differs else "The scene does not need it."
+        "Only the most sensitive people would miss this property."
+        if effect.differs
+        else "The scene does not need this property."
     )
 
 
@@ -462,7 +488,7 @@ class AccuracyPage(Page):
         self.methods, self.scene = MethodsPart(studio, live), ScenePart(studio, live)
         self.needs = NeedsPart(studio, live)
         self.pages: tuple[MeasuringPage, ...] = self.methods, self.scene, self.needs
-        self.parts = Segmented("Part", PARTS)
+        self.parts = Segmented("Part of this view", PARTS)
         self._stack, self.side = QStackedWidget(), QStackedWidget()
         for page in self.pages:
             self._stack.addWidget(page)

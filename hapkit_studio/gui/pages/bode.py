@@ -22,10 +22,9 @@ if TYPE_CHECKING:
 
 SIMULATION, VIRTUAL = range(2)
 _HOW = (
-    "The simulated handle is driven at many frequencies at once, with as much force as that needs; your own "
-    "handle does not move. A real Hapkit has no hand to drive it, so its loop is simulated with the "
-    "measured rate and delay. Virtual board runs the real firmware, once with the computer's law and once "
-    "with its own."
+    "The measurement moves a simulated handle at many frequencies at once. Your own handle does not move. "
+    "For a real Hapkit, the loop is simulated with the measured rate and delay. The choice Virtual board "
+    "runs the real firmware twice: once the computer computes the force, once the board."
 )
 
 
@@ -33,18 +32,19 @@ class BodePage(MeasuringPage):
     """Shows the scene's Bode diagram; the diagram is out of date after a change of scene, values or loop."""
 
     file = "bode"
-    heading, about = "Bode", "How the rendered scene behaves at each frequency."
-    begin = "Measure up to which frequency the scene keeps its stiffness."
+    heading, about = "Bode", "How much force the scene gives for a motion, at each frequency."
+    begin = "Press Measure to see up to which frequency the scene keeps its stiffness."
     drawn, listed = (
         "Impedance, stiffness, damping and mass over frequency",
         "Frequencies at which the behaviour changes",
     )
     read = (
-        "Dots: measured. Bars: 95 % interval. Hollow dots: the force is not proportional to the motion. "
-        "Line: theory of the sampled loop. Dashed: the stiffness has dropped by 3 dB, or the loop gives "
-        "more energy than the handle's damping takes. Dotted: the handle's own mass and damping; above the "
-        "crossing with the stiffness, a hand feels the mass instead. A law that is not linear is driven by "
-        "one sine at a time."
+        "Dots are measured values with bars for the 95 % interval. A hollow dot: the force is not "
+        "proportional to the motion. Solid line: theory of the sampled loop. Dashed line: here the stiffness "
+        "has dropped by 3 dB, or the loop gives more energy than the handle's damping takes. Dotted line: "
+        "the handle's own mass and damping. Above the frequency at which the dotted line crosses the "
+        "stiffness, a hand feels the mass instead. A law that is not linear is measured with one frequency "
+        "at a time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -52,7 +52,7 @@ class BodePage(MeasuringPage):
         self.found: Bode | None = None
         self._facts = LoopFacts(studio, self)
         live.health.connect(self._facts.note_health)
-        self.where = Segmented("Where", ("This loop", "Virtual board"))
+        self.where = Segmented("Measured on", ("This loop", "Virtual board"))
         self.where.show_index(SIMULATION)
         self.where.setVisible(virtual_board.built())
         self.bar.add(self.where)
@@ -68,7 +68,7 @@ class BodePage(MeasuringPage):
             }
         )
         self.build()
-        self.side.section("How it is driven")
+        self.side.section("How the handle is moved")
         self.side.add(self.amplitude, hint(_HOW))
         for changed in (studio.settings_changed, studio.loop_changed, studio.engine_changed):
             changed.connect(self.show_found)
@@ -99,7 +99,7 @@ class BodePage(MeasuringPage):
             return board.measure(found, progress=progress) if on_board else found
 
         self._fresh.begin()
-        self.answer.show_text("Moving the handle…", "hand", "accent")
+        self.answer.show_text("Moving the simulated handle…", "hand", "accent")
         self.job.start(work)
 
     def show_result(self, found: "Bode") -> None:
@@ -119,13 +119,13 @@ class BodePage(MeasuringPage):
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, found), pale=bool(outdated))
         self.table.show_rows(CURVE_COLUMNS, found.curves)
         self.point.setText("\n".join(found.notes))
-        pairs = [("Scene", found.environment.title), ("Place", on_screen(found.place, "m"))]
+        pairs = [("Scene", found.environment.title), ("Handle position", on_screen(found.place, "m"))]
         pairs += [("Amplitude", on_screen(found.amplitude, "m"))]
         for curve in found.curves:
             pairs += [(f"Delay, {curve.where}", with_unit(1e6 * curve.setting.delay, "µs"))]
             if curve.clamped:
                 pairs += [
-                    (f"Clamped at the force limit, {curve.where}", f"{compact(100.0 * curve.clamped, 2)} %")
+                    (f"Time at the force limit, {curve.where}", f"{compact(100.0 * curve.clamped, 2)} %")
                 ]
         self.conditions.show_pairs(pairs)
         if outdated:

@@ -51,7 +51,9 @@ def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[
     table = table[times >= max(live.history.changes[-1] + _SETTLED, newest - seconds)]
     kept = newest - float(table[0, rows.HOST_TIME]) if len(table) else 0.0
     if kept < _LEAST:
-        raise StudioError(f"Only {kept:.1f} s since the settings changed. Move the handle, then identify.")
+        raise StudioError(
+            f"The settings changed {kept:.1f} s ago. Move the handle for a longer time, then press Identify."
+        )
 
     from hapkit_studio.analysis.identify import Handle, Setup, of_rows
 
@@ -78,10 +80,10 @@ _INTO_SURFACE = 0.003
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _HOW = (
-    "Push against the scene and let go, slowly and fast, in both directions. Shake does this with "
-    "the simulated hand. Then press Identify."
+    "Push against the scene and let go, slowly and fast, in both directions. Shake handle "
+    "does this with the simulated hand. Then press Identify."
 )
-_EXAMPLE = "The chart below is an example: a simulated spring."
+_EXAMPLE = "The chart below is only an example: it shows a simulated spring."
 
 
 def example(_progress: Progress) -> "Identified":
@@ -96,7 +98,7 @@ def columns(part: "Part") -> tuple[Column, ...]:
     """Return the columns of a part's table: the term with its unit, its set value, its identified value."""
     from hapkit_studio.analysis.identify import texts
 
-    heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
+    heads = ("Model value", "Identified") if part.key == "handle" else ("Set value", "Rendered")
 
     def found(estimate: "Estimate") -> str:
         return texts.measured(estimate) if estimate.determined else "unknown"
@@ -112,15 +114,21 @@ class IdentifyPage(MeasuringPage):
     """Shows the chart and the numbers of one part at a time; both parts come from the same samples."""
 
     file = "identify"
-    heading, about = "Set and rendered", "From the newest samples with the present settings."
-    begin = "Move the handle or press Shake, then identify what was rendered."
-    drawn, listed = "Force over what each term acts on", "What was set and what was found"
+    heading, about = (
+        "Set and rendered values",
+        "The values are identified from the newest samples with the present settings.",
+    )
+    begin = (
+        "Move the handle or press Shake handle. Then press Identify to compare the rendered values "
+        "with those you set."
+    )
+    drawn, listed = "Force over position, velocity or acceleration", "Set values and identified values"
     buttons = ("Identify", "Identify again")
     needs = ""
     read = (
-        "Each dot is the mean of a short time window. Line: the identified value, with its 95 % "
-        "band. Dotted: the value that was set. Samples with a clamped, stopped or fading force "
-        "are left out."
+        "Each dot is the mean of a short time. Line with band: the identified value with its 95 % interval. "
+        "Dotted line: the value that was set. Samples during which the force was at its limit, stopped or "
+        "faded in are left out."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -132,17 +140,21 @@ class IdentifyPage(MeasuringPage):
         self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
         self.pieces = Segmented("Newest samples", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
-        self.parts = Segmented("What", ("Rendered", "Handle"))
+        self.parts = Segmented("Identified part", ("Rendered force", "Handle"))
         self.parts.show_index(0)
-        self.shaking = QPushButton("Shake")
-        self.shaking.setToolTip("The simulated hand moves the handle so that every term can be identified")
-        self.opening, self.opener = QPushButton("Open…"), RecordingOpener(self)
-        self.opening.setToolTip("Identify a recording: a session, a CSV, or a table of another program")
+        self.shaking = QPushButton("Shake handle")
+        self.shaking.setToolTip(
+            "The simulated hand moves the handle so that stiffness, damping and friction can be identified"
+        )
+        self.opening, self.opener = QPushButton("Open file…"), RecordingOpener(self)
+        self.opening.setToolTip(
+            "Identify a recording from a file: a session, a CSV file, or a table of another program"
+        )
         for widget in (self.pieces, self.shaking, self.opening, self.parts):
             self.bar.add(widget)
         scene = lambda: {"scene": studio.environment, "values": dict(studio.values)}  # noqa: E731
         self._fresh = Freshness(lambda: {**scene(), **loop_facts(studio)}, self.buttons[1])
-        self.released = QCheckBox("No hand on the handle")
+        self.released = QCheckBox("No hand held the handle")
         self.how, body = label(_HOW), QWidget()
         self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
         vbox(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
@@ -205,7 +217,9 @@ class IdentifyPage(MeasuringPage):
         self.found = found
         self._fresh.finish()
         self.show_part()
-        self.side.words.setText(f"From “{self._source[1]}”." if self._file else self.about)
+        self.side.words.setText(
+            f"The values are identified from the file “{self._source[1]}”." if self._file else self.about
+        )
         pairs = conditions(found.setup, found.handle.released)
         self.conditions.show_pairs([self._source, *pairs] if self._file else pairs)
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
@@ -285,7 +299,7 @@ class IdentifyPage(MeasuringPage):
         if self.shake.isActive():
             self.shake.stop()
             self._studio.move_hand(None)
-            self.bar.show_text("Let go")
+            self.bar.show_text("The hand let go")
             self._refresh()
 
     def _press_shake(self) -> None:
@@ -295,7 +309,7 @@ class IdentifyPage(MeasuringPage):
         seconds = PIECES[self.pieces.index][0]
         self._began, self._seconds = time.perf_counter(), min(seconds, PIECES[-2][0])
         self.shake.start()
-        self.bar.show_text("Shaking…")
+        self.bar.show_text("Shaking the handle…")
         self._refresh()
 
     def _shake(self) -> None:
@@ -310,7 +324,7 @@ class IdentifyPage(MeasuringPage):
         """Enable the buttons that the device supports; show whether the result is out of date."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())
-        self.shaking.setText("Let go" if self.shake.isActive() else "Shake")
+        self.shaking.setText("Let go" if self.shake.isActive() else "Shake handle")
         hardware = self._studio.engine is not None and not self._studio.models_handle
         unknown = self._file is not None and not np.isfinite(self._file[0].hand_force).all()
         self.released.setVisible(unknown if self._file else hardware)

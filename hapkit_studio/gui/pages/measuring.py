@@ -61,14 +61,14 @@ class RunBar(QWidget):
         icons.bind(self.export, "export", "ink2", 18)
         self.progress = QProgressBar()
         self.progress.setFixedHeight(4)
-        self.progress.setAccessibleName("Progress")
+        self.progress.setAccessibleName("Progress of the measurement")
         keep_size_when_hidden(self.progress)
         self._left, self._below = hbox(gap=10), hbox()
         self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10)
         vbox(self._row, self._below, self.progress, rule(), into=self)
         job.running_changed.connect(self._refresh)
         job.preparing.connect(
-            lambda: self.show_text("Preparing. This happens only once and takes up to a minute")
+            lambda: self.show_text("The first measurement is being prepared. This takes up to a minute")
         )
         job.progressed.connect(self._follow)
         job.failed.connect(lambda text: self.show_text(text, danger=True))
@@ -110,7 +110,7 @@ class RunBar(QWidget):
     def _press(self) -> None:
         if self._job.running:
             self._job.cancel()
-            self.show_text("Cancelled")
+            self.show_text("The measurement was cancelled")
         else:
             self.run_pressed.emit()
 
@@ -177,7 +177,11 @@ class Freshness:
         """Return what has changed and what the user can do; "" if the result is up to date."""
         now = self._facts()
         changed = next((name for name, value in self._then.items() if now.get(name) != value), "")
-        return f"Out of date: the {changed} changed. {self._again}." if changed else ""
+        return (
+            f"The result is out of date, because the {changed} changed. Press {self._again}."
+            if changed
+            else ""
+        )
 
 
 class MeasuringPage(Page):
@@ -222,7 +226,7 @@ class MeasuringPage(Page):
         if self.heading:
             self.job.finished.connect(lambda _result: self.side.lay_out())
         self._saving = Job(self, needs="", must_finish=True)
-        self._saving.finished.connect(lambda path: self.bar.show_text(f"Saved {Path(path).name}"))
+        self._saving.finished.connect(lambda path: self.bar.show_text(f"The file {Path(path).name} was saved"))
         self._saving.failed.connect(lambda text: self.bar.show_text(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:
@@ -239,7 +243,7 @@ class MeasuringPage(Page):
             return
         self.side.add(self.table, self.point, *self.side_parts())
         if self.read:
-            self.side.section("Read the chart")
+            self.side.section("How to read the chart")
             self.side.add(hint(self.read))
         self.conditions = Pairs(self.side.section(self.conditions_title))
         self.side.add(self.conditions)

@@ -16,8 +16,8 @@ from hapkit_studio.tables import NEEDED, UNITS, Table, TableColumn, TableColumns
 
 _KINDS = f"Recordings (*.csv *.txt *.tsv *{SUFFIX});;All files (*)"
 _ABOUT = (
-    "The columns of “{}” are not known. Choose the columns of the recording and their units. The "
-    "force is the one on the handle, positive to the right like the position."
+    "The program does not know the columns of “{}”. Choose the column and the unit of each quantity. The "
+    "force is the one that acts on the handle. Force and position must be positive to the right."
 )
 _UNIT_WIDTH = 84  # px: width of the list of units
 _COMPUTED = "Computed from the position"
@@ -81,14 +81,14 @@ class ColumnsDialog(FormDialog):
         then: Callable[[TableColumns], object],
         parent: QWidget | None,
     ):
-        super().__init__("Columns", _ABOUT.format(table.file), parent)
+        super().__init__("Columns of the recording", _ABOUT.format(table.file), parent)
         self._then = then
         self.names: dict[str, QComboBox] = {}
         self.units: dict[str, QComboBox] = {}
         samples = list(zip(*(row[: len(table.names)] for row in table.preview), strict=False))
         for quantity in (*NEEDED, "velocity"):
             names, units = self.names[quantity], self.units[quantity] = QComboBox(), QComboBox()
-            names.addItem("Choose…" if quantity in NEEDED else _COMPUTED)
+            names.addItem("Choose a column…" if quantity in NEEDED else _COMPUTED)
             for name, values in zip(table.names, samples, strict=False):
                 names.addItem(f"{name}   ({'  '.join(values)} …)", name)
             units.addItems(list(UNITS[quantity]))
@@ -101,7 +101,7 @@ class ColumnsDialog(FormDialog):
         order = (*NEEDED, "velocity")
         self.add_fields((key.capitalize(), self.names[key], self.units[key]) for key in order)
         self.add_verdict(1)
-        self.take = QPushButton("Open")
+        self.take = QPushButton("Open recording")
         self.take.clicked.connect(self._hand_over)
         self.leave.setText("Cancel")
         self.add_buttons(self.take)
@@ -123,9 +123,13 @@ class ColumnsDialog(FormDialog):
         if missing:
             self.verdict.show_text(f"Choose the column of the {' and the '.join(missing)}.")
         elif twice:
-            self.verdict.show_text("One column is chosen twice.", "triangle", "warn")
+            self.verdict.show_text(
+                "Two quantities use the same column. Choose a different column for one of them.",
+                "triangle",
+                "warn",
+            )
         else:
-            self.verdict.show_text("Check the units, then open it.")
+            self.verdict.show_text("Check the units, then press Open recording.")
 
     def _hand_over(self) -> None:
         self.close()

@@ -62,13 +62,13 @@ class ReviewDialog(TextDialog):
         self._job = Job(self, needs="")
         self._job.finished.connect(self._open)
         self._job.failed.connect(self._warn)
-        self.report, self.watch = QPushButton("Open the report"), QPushButton("Replay")
-        self.parts = Segmented("Part", _PARTS)
+        self.report, self.watch = QPushButton("Open the report"), QPushButton("Show the replay")
+        self.parts = Segmented("Reviews shown", _PARTS)
         self.name = QLineEdit(reviewer, maxLength=100, placeholderText="Your name")
         self.points = [QSpinBox(minimum=_NONE, maximum=one.points) for one in lesson.rubric]
         self.remarks = [QLineEdit(maxLength=LONGEST, placeholderText="Comment") for _ in lesson.rubric]
         self.place, self.text = QComboBox(), QLineEdit(maxLength=LONGEST, placeholderText="Comment")
-        self.add, self.save = QPushButton("Add"), primary(QPushButton("Save"))
+        self.add, self.save = QPushButton("Add comment"), primary(QPushButton("Save review"))
         self.written, self.all = QWidget(), label()
         self.to, self.answer_text = QComboBox(), QLineEdit(maxLength=LONGEST, placeholderText="Reply")
         self.reply, self.answer = QPushButton("Reply"), AnswerLine()
@@ -144,8 +144,8 @@ class ReviewDialog(TextDialog):
             self._warn(str(error))
             return
         self._path = path
-        missing = "" if mine.complete else " Some rows have no points yet."
-        self.answer.show_text(f"Saved {path.name}.{missing}", "check", "ok")
+        missing = "" if mine.complete else " Some criteria have no points yet."
+        self.answer.show_text(f"The review was saved as {path.name}.{missing}", "check", "ok")
         self._show_all()
 
     # all reviews
@@ -173,11 +173,11 @@ class ReviewDialog(TextDialog):
         mean = ""
         if math.isfinite(shown.mean):
             mean = f"Mean of the complete reviews: {number(100.0 * shown.mean, 0)} % of the points."
-        nothing = "" if found else "No review lies beside this file yet."
+        nothing = "" if found else "There is no review in the folder of this file yet."
         self.all.setText("\n\n".join(filter(None, (mean, *blocks, nothing, *shown.errors))))
         self.to.clear()
         for path, one in shown.found.items():
-            self.to.addItem(f"To {one.reviewer}", path)
+            self.to.addItem(f"Reply to {one.reviewer}", path)
         for part in (self.to, self.answer_text, self.reply):
             part.setEnabled(bool(found))
 
@@ -191,7 +191,9 @@ class ReviewDialog(TextDialog):
             self._warn(str(error))
             return
         self.answer_text.clear()
-        self.answer.show_text("The reply is in the review's file: send it to the reviewer.", "check", "ok")
+        self.answer.show_text(
+            "The reply was saved in the file of the review. Send this file to the reviewer.", "check", "ok"
+        )
         self._show_all()
 
     def _warn(self, why: str) -> None:
@@ -214,16 +216,16 @@ class ReviewDialog(TextDialog):
 
     def _open(self, path: Path) -> None:
         shown = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
-        self.answer.show_text("The report is open in the browser." if shown else f"The report is {path}.")
+        self.answer.show_text("The report is open in the browser." if shown else f"The report was saved as {path}.")
 
     def _show_time(self) -> None:
         """While this file is being replayed, offer the replay's current time as the time of a comment."""
         replay, chosen = self._replay, self.place.currentIndex()
         shown = replay is not None and replay.history is not None
         shown = shown and replay.history.session.path == self._handed.path  # type: ignore[union-attr]
-        places: list[tuple[str, tuple[str, object]]] = [("On all of it", ("", None))]
+        places: list[tuple[str, tuple[str, object]]] = [("On the whole work", ("", None))]
         if shown and replay is not None:
-            places.append((f"At {number(replay.time, 2)} s, the replay's time", ("time", None)))
+            places.append((f"At {number(replay.time, 2)} s of the recording", ("time", None)))
         places += [(f"Step {at}: {s.title}", ("step", at)) for at, s in enumerate(self._lesson.steps, 1)]
         if self.place.count() == len(places):
             for at, (words, _) in enumerate(places):

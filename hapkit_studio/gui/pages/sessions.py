@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 _NONE = "Nothing is recorded yet in {}. Press Record (R), or save the last minutes (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"
-_CHOOSE = "Choose a session."
+_CHOOSE = "Choose a session in the table."
 _SESSIONS = f"Sessions (*{SUFFIX})"
 _SEARCH = 260  # px: width of the search field
 _LONG_WORD = re.compile(r"\S{12,}")
@@ -85,15 +85,15 @@ def export(path: Path, output: str, decimal: str) -> str:
     try:
         run.save(output, decimal)
     except OSError as error:
-        raise StudioError(f"{Path(output).name} cannot be written: {error.strerror}.") from error
-    return f"Saved {Path(output).name}: {len(run.time):,} samples"
+        raise StudioError(f"The file {Path(output).name} cannot be written: {error.strerror}.") from error
+    return f"The file {Path(output).name} was saved with {len(run.time):,} samples"
 
 
 def save_copy(path: Path, output: Path) -> str:
     """Write all readable data of a session into one complete file; return a report."""
     with closing(Session(path)) as session:
         damage = session.repair(output)
-    return " ".join([f"Saved {one_line(output.name)}, one complete file.", *damage])
+    return " ".join([f"The copy {one_line(output.name)} was saved as one complete file.", *damage])
 
 
 class SessionsPage(Page):
@@ -113,9 +113,11 @@ class SessionsPage(Page):
         self._newest: tuple[Path, int] | None = None
         self._wanted: Path | None = None
         self.chosen: Overview | None = None
-        self.search = QLineEdit(placeholderText="Search", clearButtonEnabled=True)
-        self.search.setAccessibleName("Search")
-        self.search.setToolTip("Search names, environments, devices and notes. Every word must occur")
+        self.search = QLineEdit(placeholderText="Search sessions", clearButtonEnabled=True)
+        self.search.setAccessibleName("Search sessions")
+        self.search.setToolTip(
+            "Search names, environments, devices and notes. A session is found if it contains every word"
+        )
         self.status, self.empty = hint(), hint(_READING)
         self.table = Table("Sessions", scrolls=True)
         self.chart = Drawing("Position over time", (_CHART, _CHART))
@@ -125,7 +127,9 @@ class SessionsPage(Page):
         self.note, self.rename = QPushButton("Note…"), QPushButton("Rename…")
         self.copy, self.delete = QPushButton("Save a copy…"), QPushButton("Delete…")
         self.review = QPushButton("Review…")
-        self.review.setToolTip("Points and comments on a handed-in lesson, in a file of their own")
+        self.review.setToolTip(
+            "Give points and comments on a handed-in lesson, and save them in a separate file"
+        )
         self.replay.setToolTip("Show the session in the view Live, with its own settings (Enter)")
         self._arrange()
         self._reading, self._saving, self._changing, self._opening = self._jobs = [
@@ -170,7 +174,7 @@ class SessionsPage(Page):
 
     def ask_folder(self) -> None:
         """Ask for the folder for new recordings in a non-modal dialog."""
-        dialog = QFileDialog(self, "Record into", str(folder()))
+        dialog = QFileDialog(self, "Choose the folder for recordings", str(folder()))
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.setOption(QFileDialog.Option.ShowDirsOnly)
         dialog.fileSelected.connect(self.record_into)
@@ -185,7 +189,7 @@ class SessionsPage(Page):
         except SessionError as error:
             self.show_text(str(error), danger=True)
             return
-        self.show_text(f"New sessions go into {folder()}.")
+        self.show_text(f"New sessions will be recorded into the folder {folder()}.")
         self.load()
 
     def open_other(self, path: str) -> None:
@@ -276,13 +280,13 @@ class SessionsPage(Page):
         def add(text: str) -> None:
             def work(_progress: Progress) -> tuple[Path, str]:
                 add_note(found.path, text)
-                return found.path, f"Noted in {found.name}"
+                return found.path, f"The note was added to {found.name}."
 
             if text:
                 self.show_text(f"Adding a note to {found.name}…")
                 self._changing.start(work)
 
-        WordsDialog("Note", f"About {found.name}", _LONGEST, add, self.window()).show()
+        WordsDialog("Add a note", f"Note on {found.name}", _LONGEST, add, self.window()).show()
 
     def ask_rename(self) -> None:
         """Ask for a new name for the chosen session's file."""
@@ -293,11 +297,19 @@ class SessionsPage(Page):
         def change(name: str) -> None:
             def work(_progress: Progress) -> tuple[Path, str]:
                 new = rename(found.path, name)
-                return new, f"{found.name} is now {new.stem}"
+                return new, f"{found.name} was renamed to {new.stem}."
 
             self._changing.start(work)
 
-        WordsDialog("Rename", "Its new name", _LONGEST, change, self.window(), "Rename", found.name).show()
+        WordsDialog(
+            "Rename the session",
+            "New name of the session",
+            _LONGEST,
+            change,
+            self.window(),
+            "Rename",
+            found.name,
+        ).show()
 
     def ask_copy(self) -> None:
         """Ask for a file name, then copy all readable data of the chosen session into that file."""
@@ -406,7 +418,7 @@ class SessionsPage(Page):
         )
         self.column.addWidget(card)
         self.side.add(self.facts)
-        self.happened = Pairs(self.side.section("What happened"))
+        self.happened = Pairs(self.side.section("Events in this session"))
         self.side.add(self.happened)
         self.side.column.insertLayout(2, hbox(self.replay, self.export, None))
         self.side.column.insertLayout(3, hbox(self.note, self.rename, None))
@@ -459,7 +471,9 @@ def _story(found: Overview) -> list[tuple[str, str]]:
     happened = sorted((*found.markers, *found.changes))
     more = len(happened) - _MOST_LINES
     lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]
-    return [*lines, ("", f"and {more:,} more. The command “sessions show” lists them")] if more > 0 else lines
+    return (
+        [*lines, ("", f"{more:,} more events: the command “sessions show” lists them")] if more > 0 else lines
+    )
 
 
 VIEW = View("sessions", "Sessions", 70, SessionsPage, scene=False)

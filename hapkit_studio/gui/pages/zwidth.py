@@ -30,8 +30,10 @@ _WALL = "wall"
 _REFRESH_MS = 100
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
-    "A hand presses into stiffer and stiffer walls until one keeps buzzing. It stops there. Force, "
-    "speed and travel are limited. Esc stops at once. Afterwards your settings are restored."
+    "A simulated hand presses into stiffer and stiffer walls, until a wall keeps buzzing. The force, "
+    "the speed "
+    "and the distance of its motion are limited. Esc stops the measurement at once. Afterwards your settings "
+    "are restored."
 )
 
 
@@ -39,14 +41,14 @@ class ZWidthPage(MeasuringPage):
     """Shows points one by one; on a device, the scene shows the wall and the hand's movement."""
 
     file = "z-width"
-    heading, about = "Z-width", "The stiffest wall that comes to rest, over its virtual damping."
-    begin = "Measure how stiff a wall this Hapkit renders without buzzing."
-    drawn, listed = "Stiffness over damping of the walls that come to rest", "Stable walls"
+    heading, about = "Z-width", "The stiffest wall without lasting buzzing, for each virtual damping."
+    begin = "Press Measure to find the stiffest wall that this Hapkit renders without buzzing."
+    drawn, listed = "Stiffness over damping of the walls without buzzing", "Walls without buzzing"
     read = (
-        "Up to each point all walls came to rest after a hit and a push. Bar: in this range some walls come "
-        "to rest and some buzz. Hollow: the motor reached its force limit. Dashed: the exact boundary from "
-        "the view Stability for the same hand, without sensor steps and without dry friction, which usually "
-        "helps."
+        "Below each point, the handle came to rest on every wall after a hit and a push. Bar: in this range "
+        "some walls buzz and some do not. Hollow point: the motor reached its force limit. Dashed line: the "
+        "exact limit from the view Stability for the same hand, without sensor steps and without dry "
+        "friction. Dry friction usually helps."
     )
     arrived = Signal(float, object)
     said = Signal(str)
@@ -64,13 +66,13 @@ class ZWidthPage(MeasuringPage):
         self._mode, self._scene, self._asked = SIMULATION, "", False
         self._refresh = QTimer(self, interval=_REFRESH_MS)
         self._refresh.timeout.connect(self.show_trial)
-        self.where = Segmented("Where", ("Simulation", "This device"))
+        self.where = Segmented("Measured on", ("Simulation", "This device"))
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
         self.force = ParameterRow(DEVICE_FORCE)
         self.force.slider.hide()
         self.build()
-        self.side.section("On this device")
+        self.side.section("Measurement on this device")
         self.side.add(self.force, hint(_HOW_IT_IS_TRIED))
         self._join()
         self._show(self.walls)
@@ -93,7 +95,7 @@ class ZWidthPage(MeasuringPage):
         engine = self._studio.engine
         if self._mode == DEVICE:
             if engine is None:
-                raise ParameterError("No device is running.")
+                raise ParameterError("No device is running. Connect a device first.")
             self._scene = self._studio.environment.key
             with self._studio.temporarily():
                 self._studio.choose(_WALL)
@@ -155,7 +157,9 @@ class ZWidthPage(MeasuringPage):
         if self.walls.tried != (damping, stiffness):
             self._show(replace(self.walls, tried=(damping, stiffness)), self.chart.pale)
         if not self._asked:
-            self.answer.show_text(f"Trying {stiffness:,.0f} N/m at b = {damping:g} N·s/m", "hand", "accent")
+            self.answer.show_text(
+                f"Trying a wall of {stiffness:,.0f} N/m with a damping of {damping:g} N·s/m", "hand", "accent"
+            )
 
     # methods that show results
 
@@ -190,7 +194,9 @@ class ZWidthPage(MeasuringPage):
     def _list(self, result: ZWidth | None) -> None:
         self.point.setText("")
         self.table.show_rows(COLUMNS, result.rows if result else ())
-        pairs = [("Where", result.place), *((c.name, c.text) for c in result.conditions)] if result else []
+        pairs = (
+            [("Measured on", result.place), *((c.name, c.text) for c in result.conditions)] if result else []
+        )
         self.conditions.show_pairs(pairs)
 
     def show_near(self, event: "MouseEvent | None") -> None:
@@ -219,7 +225,7 @@ class ZWidthPage(MeasuringPage):
         """Cancel a measurement on a device because device, loop, scene or view have changed."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
-            self.bar.show_text(f"Ended: {why}.", danger=True)
+            self.bar.show_text(f"The measurement ended, because {why}.", danger=True)
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:

@@ -147,14 +147,14 @@ def test_a_chosen_row_is_used_and_the_recommended_one_is_the_default(page, share
     studio.reset_values()
     part.show_result(this_scene.compute(part.question()))
     assert "On the board, use Projection" in part.reason.text()
-    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", False)
+    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended method", False)
     assert part.use_button.isVisible()
     row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "LuGre, computer")
     part.table.setCurrentIndex(part.table.model().index(row - 1, 0))
     assert part.use_button.text() == "Use this method"
     part.use_button.click()
     assert part.found.in_force("computer").method == "LuGre"
-    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", True)
+    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended method", True)
     shared_window.history.undo()
     assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_text(part.found.options)
 
@@ -171,10 +171,11 @@ def made_up(scene: str) -> Needs:
 
 def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, shared_window, tmp_path):
     part = show(page, 2)
-    assert part.table.texts()[1] == ("Free\nnot run", *[""] * len(TERMS))
+    assert part.table.texts()[1] == ("Free\nnot run yet", *[""] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
     assert part.answer.words.text().endswith(
-        "needs mass, damping, friction, sensor steps; most people would not miss the rest."
+        "needs mass, damping, friction, sensor steps. Without the other properties, most people would "
+        "feel no difference."
     )
     place = part.table.visualRect(part.table.model().index(0, 4)).center()
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
@@ -186,7 +187,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
         "press",
     ]
     QTest.keyClick(part.table, Qt.Key.Key_Right)  # only the most sensitive people feel an effect of 0.9 JND
-    assert part.side.words.text() == "Only the most sensitive people would miss it."
+    assert part.side.words.text() == "Only the most sensitive people would miss this property."
     assert part.table.texts()[1][5].startswith("0.9 †")
     write(tmp_path / "a.json", *part.exports())
     assert "wall" in (tmp_path / "a.json").read_text()
@@ -206,8 +207,8 @@ def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, 
     part.open_own(str(path))
     qtbot.waitUntil(lambda: part.own is not None)
     assert part.result.needs == ()
-    assert part.force.text().startswith(f"Force: {100.0 * own.weber.value:.0f} % of it, your own.")
-    assert part.choose_own.text() == "Use the literature's"
+    assert part.force.text().startswith(f"Force: you notice a difference of {100.0 * own.weber.value:.0f} %.")
+    assert part.choose_own.text() == "Use published threshold"
     part.run()
     qtbot.waitUntil(lambda: given == [own.weber.value])
     part.job.cancel()

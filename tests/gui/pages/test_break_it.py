@@ -43,8 +43,8 @@ def test_the_chosen_failure_is_tried_on_both_sides_of_its_limit_and_exported(pag
     assert [t.get_text() for t in curve.get_legend().get_texts()] == ["formula", "measured", "neither"]
     assert page.side.heading.text() == "A spring too stiff"
     assert "b<sub>h</sub>" in page.side.formula.text()
-    assert spoken(page) == "A spring too stiff. Inside the limit it holds, outside it fails"
-    assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   in ✓ out ✕"
+    assert spoken(page) == "A spring too stiff. Inside the limit the method works, outside the limit it fails"
+    assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   inside ✓ outside ✕"
     figure, numbers = page.exports()
     found = json.loads(json.dumps(numbers()))
     assert found["limit"] == 200.0
@@ -102,7 +102,7 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(p
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
     assert page.record.failure.key == "step"
-    assert page.verdict.words.text() == "Not tried yet"
+    assert page.verdict.words.text() == "This value was not tried yet"
     assert not page.knob.isEnabled()
     measured(page, qtbot)
     assert (page.knob.row.unit.text(), page.knob.inside.text()) == ("ms", "5 % inside")
@@ -150,7 +150,7 @@ def test_cancel_ends_the_work_and_keeps_partial_results(page, gate, qtbot):
     page.bar.run.click()
     gate.go_on.set()
     page.job.wait()
-    qtbot.waitUntil(lambda: page.bar.status.text() == "Cancelled")
+    qtbot.waitUntil(lambda: page.bar.status.text() == "The measurement was cancelled")
     assert page.record.chart is None
     assert page.record.signs == (True, False)
     assert not page.bar.export.isEnabled()
@@ -167,8 +167,8 @@ def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     assert page.knob.row.box.text() == ""
     qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
     assert page.verdict.words.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
-    assert page.bar.status.text() == "Could not be tried"
-    assert spoken(page) == "A limit that nobody knows. Could not be tried"
+    assert page.bar.status.text() == "The trial failed"
+    assert spoken(page) == "A limit that nobody knows. Trial failed"
     page.list.choose("grows")
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.knob.row.box.text() == "198"

@@ -1,4 +1,4 @@
-"""The button Feel it applies a failure to the window; its settings follow the knob; one click undoes it."""
+"""The button Feel this failure applies a failure to the window; its settings follow the knob; one click undoes it."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_feel_it_applies_the_failure_and_take_back_restores_everything(felt, win
     assert studio.engine.loop.rate == 500.0
     assert studio.grip == "medium"
     assert felt.felt == "A spring too stiff"
-    assert felt.verdict.more.text() == "In the scene now. Pull the handle."
+    assert felt.verdict.more.text() == "The scene shows this failure now. Pull the handle."
     assert not felt.verdict.feel.isVisible()
     felt.turn(1.2)
     settled(felt, qtbot)
@@ -107,7 +107,7 @@ def test_changing_a_setting_removes_the_failure_and_a_refused_one_changes_nothin
         assert felt.felt == "A spring too stiff"
         change()
         assert felt.felt == ""
-        assert felt.verdict.more.text().startswith("Not in the scene any more")
+        assert felt.verdict.more.text().startswith("The scene does not show this failure any more")
         by_hand = state(studio)
         felt.turn(1.2)
         settled(felt, qtbot)

@@ -59,7 +59,10 @@ def test_a_check_mark_requires_that_the_interval_contains_the_set_value(
 
 @pytest.mark.slow
 def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
-    assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
+    assert page.answer.words.text() == (
+        "Move the handle or press Shake handle. Then press Identify to "
+        "compare the rendered values with those you set."
+    )
     assert "press Identify" in page.how.text()
     page.press()
     assert page.bar.status.text() == "Connect a device first."
@@ -75,7 +78,7 @@ def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
         assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
         assert up[0] < -force.max() < -force.min() < up[1]
     rows = {row[0]: row[1:] for row in page.table.texts()}
-    assert rows["Term"] == ("Set", "Rendered")
+    assert rows["Term"] == ("Set value", "Rendered")
     asked, rendered = rows["Damping, going in\nN·s/m"]
     assert asked == "2"
     assert rendered.startswith("2.0")
@@ -138,7 +141,9 @@ def test_texts_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
     )
     for what, change, back in changes:
         change()
-        assert page.answer.words.text() == f"Out of date: the {what} changed. Identify again."
+        assert page.answer.words.text() == (
+            f"The result is out of date, because the {what} changed. Press Identify again."
+        )
         assert page.answer.sign.name == "circle"
         assert page.chart.pale
         back()
@@ -183,7 +188,7 @@ def test_shaking_ends_with_a_result(window, qtbot):
     assert stiffness.value == pytest.approx(200.0, rel=0.02)
     assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
     assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
-    assert page.shaking.text() == "Shake"
+    assert page.shaking.text() == "Shake handle"
     # newest_samples() fixes the range of rows: later rows are left out, even if the thread starts late
     take = newest_samples(window.studio, window.live, 2.0)
     first, reader = take(), window.studio.engine.reader()
@@ -192,7 +197,7 @@ def test_shaking_ends_with_a_result(window, qtbot):
     np.testing.assert_array_equal(take().time, first.time)
     # rows before a change of settings are not included
     window.studio.set_values({"stiffness": 100.0})
-    with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
+    with pytest.raises(StudioError, match=r"The settings changed 0\.\d s ago"):
         newest_samples(window.studio, window.live, math.inf)()
     # since this change, no hand has held the handle
     window.live.tick()

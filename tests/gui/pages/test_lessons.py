@@ -369,7 +369,7 @@ def test_the_report_is_opened_in_the_browser(small, kept_window, qtbot, monkeypa
 @pytest.mark.slow
 def test_nothing_is_handed_in_without_a_name_or_samples(small, home):
     small._ask_file("")
-    assert small.message.text() == "Nothing was handed in: enter your name."
+    assert small.message.text() == "Nothing was handed in. Enter your name first."
     small.player._recent.follow(None)
     small.save_handed_in(str(home / "x.hapkit"))
     assert small.message.text().startswith("Nothing was handed in. There is nothing to save yet")

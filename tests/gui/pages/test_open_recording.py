@@ -121,7 +121,9 @@ def test_the_dialog_opens_the_file_only_once_each_column_is_chosen_once(window, 
     assert not sheet.take.isEnabled()
     for quantity, name in (("time", "a"), ("position", "b"), ("force", "b")):
         sheet.names[quantity].setCurrentIndex(sheet.names[quantity].findData(name))
-    assert sheet.verdict.words.text() == "One column is chosen twice."
+    assert sheet.verdict.words.text() == (
+        "Two quantities use the same column. Choose a different column for one of them."
+    )
     assert not sheet.take.isEnabled()
     assert not sheet.units["velocity"].isEnabled()
     sheet.names["force"].setCurrentIndex(sheet.names["force"].findData("c"))
@@ -148,7 +150,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     qtbot.waitUntil(lambda: page.found is not None)
     assert page.found.rendered["stiffness"].value == pytest.approx(210.0, abs=0.3)
     assert page.answer.words.text().startswith("Stiffness: 210.")
-    assert page.side.words.text() == "From “lab.csv”."
+    assert page.side.words.text() == "The values are identified from the file “lab.csv”."
     assert ("File", "lab.csv") in page.conditions.pairs
     assert page.point.text().endswith(page.found.force_known)
     assert "The force is taken from the file" in page.found.force_known
@@ -170,7 +172,9 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     # open a session, which contains its settings
     hs.simulate("spring", {"stiffness": 300.0}, hand="shake", seconds=2.0).save(tmp_path / "felt.hapkit")
     page.opener.open(str(tmp_path / "felt.hapkit"))
-    qtbot.waitUntil(lambda: page.side.words.text() == "From “felt.hapkit”.")
+    qtbot.waitUntil(
+        lambda: page.side.words.text() == "The values are identified from the file “felt.hapkit”."
+    )
     assert page.found.rendered["stiffness"].asked == 300.0
     assert page.found.rendered["stiffness"].value == pytest.approx(300.0, abs=0.3)
     assert page.released.isHidden()

@@ -147,7 +147,7 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
     assert bar.run.text() == "Cancel"
     bar.run.click()
     assert bar.run.text() == "Measure"
-    assert bar.status.text() == "Cancelled"
+    assert bar.status.text() == "The measurement was cancelled"
     go_on.set()
     job.wait()
     with qtbot.waitSignal(job.finished):
@@ -192,7 +192,10 @@ def test_a_file_is_written_in_a_thread_and_errors_are_shown(shared_window, monke
     page.bar.export_pressed.emit()
     ((save, name),) = taken
     assert name == "accuracy-needs.png"
-    for path, said in (("a.json", "Saved a.json"), ("no/a.json", "a.json cannot be written: No such file")):
+    for path, said in (
+        ("a.json", "The file a.json was saved"),
+        ("no/a.json", "The file a.json cannot be written: No such file"),
+    ):
         save(str(tmp_path / path))
         qtbot.waitUntil(lambda said=said: page.bar.status.text().startswith(said))
     assert json.loads((tmp_path / "a.json").read_text()) == {"found": 1.5}

@@ -80,7 +80,7 @@ def test_points_and_comments_are_entered_by_keyboard_and_the_data_are_unchanged(
     assert [row.points for row in found.rows] == [2, None, None]
     assert found.rows[0].comment == "Good slope"
     assert found.comments == (review.Comment("Why?", step=1),)
-    assert "Some rows have no points yet" in dialog.answer.words.text()
+    assert "Some criteria have no points yet" in dialog.answer.words.text()
     assert (folder() / "ada.hapkit").read_bytes() == handed_in
 
 
@@ -110,7 +110,7 @@ def test_a_comment_can_have_the_replays_time(dialog, qtbot):
     try:
         qtbot.waitUntil(lambda: replay.history is not None)
         replay.seek(3.2)
-        assert dialog.place.currentText() == "At 3.20 s, the replay's time"
+        assert dialog.place.currentText() == "At 3.20 s of the recording"
         typed(dialog.text, "Here")
         dialog.add.click()
         assert dialog.comments == [review.Comment("Here", time=3.2)]
@@ -136,7 +136,7 @@ def test_all_reviews_are_shown_and_answered(page, qtbot):
     for words in ("Bob on ada.hapkit", "Eve on ada.hapkit", "broken.review"):
         assert words in shown
     assert not dialog.save.isVisible()
-    dialog.to.setCurrentIndex(dialog.to.findText("To Eve"))
+    dialog.to.setCurrentIndex(dialog.to.findText("Reply to Eve"))
     typed(dialog.answer_text, "Thank you")
     QTest.keyClick(dialog.answer_text, Qt.Key.Key_Return)
     assert written("Eve").replies == ("Thank you",)

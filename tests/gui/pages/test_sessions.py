@@ -119,14 +119,14 @@ def test_an_export_contains_the_samples_with_the_selected_decimal_mark(page, qtb
         ("Table (*.csv)", "a.csv", ",", "."),
         ("Table with decimal commas (*.csv)", "b.csv", ";", ","),
     ):
-        assert exported(page, qtbot, kind, tmp_path / name) == f"Saved {name}: 1,000 samples"
+        assert exported(page, qtbot, kind, tmp_path / name) == f"The file {name} was saved with 1,000 samples"
         head, *lines = [x for x in (tmp_path / name).read_text().splitlines() if not x.startswith("#")]
         place = head.split(separator).index("position_m")
         values = [float(line.split(separator)[place].replace(decimal, ".")) for line in lines]
         assert np.abs(np.array(values) - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
     assert (
         exported(page, qtbot, "Parquet (*.parquet)", tmp_path / "c.parquet")
-        == "Saved c.parquet: 1,000 samples"
+        == "The file c.parquet was saved with 1,000 samples"
     )
     found = parquet.read_table(tmp_path / "c.parquet")
     assert np.abs(found["position_m"].to_numpy() - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
@@ -136,7 +136,7 @@ def test_an_export_contains_the_samples_with_the_selected_decimal_mark(page, qtb
         (0.7, "wall"),
     ]
     said = exported(page, qtbot, "Table (*.csv)", tmp_path / "none" / "a.csv")
-    assert said == "a.csv cannot be written: No such file or directory."
+    assert said == "The file a.csv cannot be written: No such file or directory."
     assert page.status.property("role") == "error"
 
 
@@ -241,7 +241,7 @@ def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbo
     finished(page, qtbot)
     assert listed(page) == {"Gruppe 3", "Wall to its limit", "broken"}
     assert page.chosen.path == folder() / "Gruppe 3.hapkit"
-    assert page.status.text() == "friction in the lab is now Gruppe 3"
+    assert page.status.text() == "friction in the lab was renamed to Gruppe 3."
 
 
 def kill(name):
@@ -277,7 +277,7 @@ def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
         dialog.close()
         finished(page, qtbot)
         assert page.chosen.path == output
-        assert page.status.text() == f"Saved {output.name}, one complete file."
+        assert page.status.text() == f"The copy {output.name} was saved as one complete file."
         with closing(Session(output)) as session:
             assert (session.complete, session.check()) == (True, ())
             assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
@@ -341,7 +341,7 @@ def test_events_beyond_the_limit_are_counted(page):
             writer.note(Event(100.0 + 1e-3 * number, MARKER, {"text": f"marker {number}"}))
     page.show_session(overview(path))
     assert len(page.happened.pairs) == 201
-    assert page.happened.pairs[-1] == ("", "and 103 more. The command “sessions show” lists them")
+    assert page.happened.pairs[-1] == ("", "103 more events: the command “sessions show” lists them")
 
 
 @pytest.mark.slow
@@ -372,7 +372,7 @@ def test_the_recording_folder_is_chosen_in_the_window_and_stored(page, shared_wi
     finished(page, qtbot)
     assert folder() == chosen
     assert listed(page) == {"ours"}
-    assert page.status.text() == f"New sessions go into {chosen}."
+    assert page.status.text() == f"New sessions will be recorded into the folder {chosen}."
     (tmp_path / "file").touch()
     page.record_into(str(tmp_path / "file"))
     assert page.status.text() == f"{tmp_path / 'file'} cannot be chosen: File exists."

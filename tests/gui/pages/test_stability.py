@@ -294,7 +294,7 @@ def test_every_hand_has_a_boundary_and_nothing_is_cut_off(page, window, qapp, qt
     assert plane.margin.limit == min(plane.hands.values())
     assert max(limits.max() for limits in page.lines.hands.values()) <= plane.top
     assert {"light grip", "medium grip", "firm grip"} <= set(words(page.chart))
-    page.bar.show_text("100 × 100 cells, 12.3 s")
+    page.bar.show_text("Measured 100 × 100 cells in 12.3 s")
     column = page.verdict_column
     for size in ((1280, 720), (800, 560)):
         resize(qapp, window, size)
@@ -315,8 +315,8 @@ def test_the_measured_boundary_is_the_exact_one_and_progress_reaches_the_end():
     assert found.points.stiffness == pytest.approx(exact_boundary(setting, found.points.damping), rel=0.01)
     limits = exact_boundary(setting, found.cells.damping)
     assert np.array_equal(found.cells.classes == 0, found.cells.stiffness[:, np.newaxis] < limits)
-    assert found.text((4.0, 3000.0)).startswith("4 × 4 cells, ")
-    assert found.text((8.0, 3000.0)) == "Measured to 4 N·s/m and 3,000 N/m only"
+    assert found.text((4.0, 3000.0)).startswith("Measured 4 × 4 cells in ")
+    assert found.text((8.0, 3000.0)) == "Measured only up to 4 N·s/m and 3,000 N/m"
     assert told == sorted(told)
     assert told[-1][0] == told[-1][1]
 
@@ -325,7 +325,7 @@ def test_the_measured_boundary_is_the_exact_one_and_progress_reaches_the_end():
 def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
-    assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
+    assert page.bar.status.text() == "Measured 4 × 3 cells in 3.1 s"
     assert {"Measured boundary: beyond this map", "buzzes without growing"} <= set(words(page.chart))
     window.studio.set_value("stiffness", 500.0)
     follow(page, qtbot)
@@ -335,7 +335,7 @@ def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     assert (told()["Mass"], "Dry friction" in told()) == (f"{setting.mass:g} kg", False)
     page.real.setChecked(True)
     assert page._map.outdated
-    assert page.bar.status.text() == "Out of date"
+    assert page.bar.status.text() == "Measurement out of date"
     assert told()["Dry friction"] == f"{setting.coulomb:g} N"
     assert told()["Sensor step"] == f"{1e6 * setting.quantum:.3g} µm"
     page.real.setChecked(False)
@@ -402,7 +402,7 @@ def test_the_handle_is_pulled_and_released(alone, window, qtbot, monkeypatch):
     monkeypatch.setattr(Studio, "hand_is_ours", False)
     page.set_shown(True)
     assert not page.side.release.isEnabled()
-    assert "On a real Hapkit, let go of the handle yourself" in page.side.try_hint.text()
+    assert "On a real Hapkit, let go of the handle with your hand" in page.side.try_hint.text()
 
 
 @pytest.mark.slow

@@ -43,15 +43,21 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
 @pytest.mark.parametrize(
     ("begin", "end", "does", "centre", "said"),
     [
-        (0.01, 1e-6, CALM, MIDDLE, "Came to rest, as predicted."),
-        (0.0015, 1e-6, LIVELY, MIDDLE, "Came to rest, as predicted."),
-        (0.002, 1e-6, LIVELY, MIDDLE, "Came to rest, which was not predicted."),
-        (0.002, 1e-6, FLUID, MIDDLE, "Came to rest, as predicted."),
-        (0.003, 0.02, LIVELY, MIDDLE, "The motion grew to ±18.8 mm, as predicted."),
+        (0.01, 1e-6, CALM, MIDDLE, "The handle came to rest, as was predicted."),
+        (0.0015, 1e-6, LIVELY, MIDDLE, "The handle came to rest, as was predicted."),
+        (0.002, 1e-6, LIVELY, MIDDLE, "The handle came to rest, which was not predicted."),
+        (0.002, 1e-6, FLUID, MIDDLE, "The handle came to rest, as was predicted."),
+        (0.003, 0.02, LIVELY, MIDDLE, "The motion grew to ±18.8 mm, as was predicted."),
         (0.003, 0.02, CALM, MIDDLE, "The motion grew to ±18.8 mm, which was not predicted."),
-        (0.002, 0.002, LIVELY, MIDDLE, "Keeps oscillating at ±2.0 mm, as predicted."),
-        (0.01, 0.002, CALM, MIDDLE, "Still decaying, now ±2.9 mm."),
-        (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle away, and nothing brings it back."),
+        (0.002, 0.002, LIVELY, MIDDLE, "The handle keeps oscillating by ±2.0 mm, as was predicted."),
+        (0.01, 0.002, CALM, MIDDLE, "The motion still decays. It is ±2.9 mm now."),
+        (
+            0.003,
+            0.02,
+            LIVELY,
+            SURFACE,
+            "The wall has pushed the handle away, and nothing brings the handle back.",
+        ),
     ],
 )
 def test_the_outcome_is_described(begin, end, does, centre, said):
@@ -101,10 +107,10 @@ def test_the_column_states_the_behaviour_and_the_measurement_there():
     assert said.more == "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go."
     said = judged(900.0, 2.0, measured=made_up(LoopSettings(), real=True))
     assert said.headline == "Stable"
-    assert said.more.endswith("N/m after you let go.\nMeasured with friction: comes to rest.")
+    assert said.more.endswith("N/m after you let go.\nMeasurement with friction: comes to rest.")
     said = judged(900.0, 2.0, controller=True, measured=made_up(LoopSettings(controller=True)))
     assert "passivity controller is on. The limits do not include it" in said.more
-    assert said.more.endswith("Measured of an ideal handle: comes to rest.")
+    assert said.more.endswith("Measurement of an ideal handle: comes to rest.")
 
 
 def test_a_class_is_that_of_its_cell_and_none_outside_the_axes():
@@ -135,7 +141,7 @@ def test_the_report_is_cleared_after_a_change(window, qtbot):
     window.live.history.clear()
     window.live.history.append(seen)
     page.trial.judge()
-    assert page.side.outcome.text() == "Came to rest, which was not predicted."
+    assert page.side.outcome.text() == "The handle came to rest, which was not predicted."
     assert not page.side.outcome.isHidden()
     window.studio.set_value("stiffness", 900.0)
     assert page.side.outcome.isHidden()

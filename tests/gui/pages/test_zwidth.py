@@ -161,7 +161,9 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
     )
     for what, change, back in changes:
         change()
-        assert page.answer.words.text() == f"Out of date: {what} changed. Measure again."
+        assert page.answer.words.text() == (
+            f"The result is out of date, because {what} changed. Press Measure again."
+        )
         assert page.answer.sign.name == "circle"
         assert page.chart.pale
         back()
@@ -188,10 +190,10 @@ def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, win
 def test_the_scene_shows_the_wall_being_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
-    assert begun.answer.words.text() == "Trying 200 N/m at b = 0 N·s/m"
+    assert begun.answer.words.text() == "Trying a wall of 200 N/m with a damping of 0 N·s/m"
     assert not begun.force.isEnabled()
     begun.bar.run.click()
-    assert begun.bar.status.text() == "Cancelled"
+    assert begun.bar.status.text() == "The measurement was cancelled"
     assert_over(begun, window)
 
 
@@ -210,12 +212,12 @@ def test_an_e_stop_ends_the_measurement_and_stays_latched(begun, window, qtbot):
 @pytest.mark.slow
 def test_another_loop_view_or_scene_ends_the_measurement(begun, window, qtbot):
     window.studio.set_loop(delay=2e-3)
-    assert begun.bar.status.text() == "Ended: the loop changed."
+    assert begun.bar.status.text() == "The measurement ended, because the loop changed."
     assert_over(begun, window)
     begun.bar.run.click()
     qtbot.waitUntil(lambda: window.studio.engine.environment.key == "wall")
     window.views.show("live")
-    assert begun.bar.status.text() == "Ended: the view was left."
+    assert begun.bar.status.text() == "The measurement ended, because the view was left."
     assert_over(begun, window)
     window.views.show("zwidth")
     begun.bar.run.click()

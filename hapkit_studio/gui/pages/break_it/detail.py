@@ -50,8 +50,8 @@ class KnobBar(QWidget):
         before.hide()
         before.deleteLater()
         self.row.changed.connect(lambda _key, value: self.turned.emit(value / self._record.limit))
-        self.inside.setText(f"{percent} inside")
-        self.outside.setText(f"{percent} outside")
+        self.inside.setText(f"{percent} inside the limit")
+        self.outside.setText(f"{percent} outside the limit")
         self.show_value()
 
     def show_value(self) -> None:
@@ -64,9 +64,9 @@ class KnobBar(QWidget):
             self.row.box.lineEdit().clear()
 
 
-_BOARD = "Only the simulated Hapkit is made to fail on purpose"
-_GONE = "Not in the scene any more: the scene or its values were changed by hand."
-_FEEL = "Puts scene, values and loop into the window; Take back restores the previous settings"
+_BOARD = "For safety, this works only with the simulated Hapkit"
+_GONE = "The scene does not show this failure any more, because the scene or its values were changed."
+_FEEL = "Set the scene, values and loop of this failure. Restore settings brings back the previous ones"
 
 
 class VerdictRow(QWidget):
@@ -75,8 +75,8 @@ class VerdictRow(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.sign, self.words, self.more = Sign(26), label(role="readout"), label(role="fact")
-        self.feel = QPushButton("Feel it", autoDefault=True)
-        self.back = QPushButton("Take back", autoDefault=True)
+        self.feel = QPushButton("Feel this failure", autoDefault=True)
+        self.back = QPushButton("Restore settings", autoDefault=True)
         icons.bind(self.feel, "hand", "ink", 18)
         icons.bind(self.back, "reset", "ink", 18)
         hbox(self.sign, (vbox(self.words, self.more), 1), self.back, self.feel, into=self)
@@ -93,13 +93,13 @@ class VerdictRow(QWidget):
         fresh = here is not None and "here" not in record.old
         token = "ok" if here and here.evidence.holds else "danger"
         self.sign.show_sign("" if here is None else "check" if token == "ok" else "close", token)
-        said = clauses(here.evidence.text) if here else ["Not tried yet"]
+        said = clauses(here.evidence.text) if here else ["This value was not tried yet"]
         self.words.setText(record.wrong or said[0])
         mark(self.words, "ink", token if fresh or record.wrong else "ink3")
         mark(self.words, "role", "headline" if record.wrong else "readout")
         live = here.live if here else None
         advice = live.advice if live else ""
-        felt_text = f"In the scene now. {advice}".strip()
+        felt_text = f"The scene shows this failure now. {advice}".strip()
         self.more.setText(felt_text if felt else _GONE if gone else self._where(record, said[1:]))
         mark(self.more, "on", felt)
         pressed = next((button for button in (self.feel, self.back) if button.hasFocus()), None)
@@ -145,7 +145,9 @@ class Detail(QScrollArea):
         self._state: tuple = ()
         self._marker: Knob | plane.KnobPoint | None = None
         self.which = Segmented("Chart", ("Curve", "Map"))
-        self.which.button(1).setToolTip("The same limit in dimensionless numbers, with measured points")
+        self.which.button(1).setToolTip(
+            "A map with the same limit in dimensionless numbers, with measured points"
+        )
         self.which.show_index(0)
         self.which.chosen.connect(lambda _index: self.show_results(self._record))
         sheet = QWidget()

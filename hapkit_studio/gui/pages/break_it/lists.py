@@ -19,7 +19,7 @@ from hapkit_studio.parameters import Choice
 WIDE, NARROW = 244, 204
 _SHORT = 6  # if a symbol has more letters than this, the label is shown instead
 _PADDING, _MARGIN = 16, 6  # px: vertical padding of a row, horizontal margin of its text
-_SAID = {None: "not tried", True: "holds", False: "fails"}
+_SAID = {None: "was not tried", True: "works", False: "fails"}
 _SIGNS = {None: "", True: "✓", False: "✕"}
 _KEY = Qt.ItemDataRole.UserRole
 
@@ -67,8 +67,8 @@ class FailureList(QListWidget):
         title, known = record.failure.title, known_text(record, busy)
         shown = spoken = known
         if (inside, outside) != (None, None):
-            shown = f"{known}   in {_SIGNS[inside]} out {_SIGNS[outside]}"
-            spoken = f"Inside the limit it {_SAID[inside]}, outside it {_SAID[outside]}"
+            shown = f"{known}   inside {_SIGNS[inside]} outside {_SIGNS[outside]}"
+            spoken = f"Inside the limit the method {_SAID[inside]}, outside the limit it {_SAID[outside]}"
         item.setText(f"{title}\n{shown}")
         item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {spoken}")
 
@@ -78,9 +78,9 @@ def known_text(record: Record, busy: bool) -> str:
     if busy:
         return "Measuring…"
     if record.wrong:
-        return "Could not be tried"
+        return "Trial failed"
     if "limit" in record.old:
-        return "Conditions changed"
+        return "Out of date: conditions changed"
     if record.limit is None:
         return "Not tried yet"
     knob = record.failure.knob
@@ -88,7 +88,7 @@ def known_text(record: Record, busy: bool) -> str:
     return f"Limit {name}{on_screen(record.limit, knob.unit)}"
 
 
-_WHOSE = "Limit and curves are for the device and loop named here, not for the connected device."
+_WHOSE = "The limit and the curves are for the values named here, not for the connected device."
 
 
 def subscripts(text: str) -> str:

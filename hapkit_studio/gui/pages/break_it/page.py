@@ -39,7 +39,7 @@ class BreakItPage(MeasuringPage):
     file = "break-it"
     title = "Where methods fail"
     drawn = "Motion below and above the limit, and the result for each value of the setting"
-    buttons = ("Run", "Run again")
+    buttons = ("Run this failure", "Run again")
     side: FailureSide
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -47,7 +47,7 @@ class BreakItPage(MeasuringPage):
         self.records = {key: Record(failure) for key, failure in failures.failures().items()}
         self.record = next(iter(self.records.values()))
         self.runner, self.feel = FailureRunner(self.job, self), Feel(studio, self)
-        self.all = QPushButton("Run all", autoDefault=True)
+        self.all = QPushButton("Run all failures", autoDefault=True)
         self.list = FailureList(self.records.values())
         self.detail, self.side = Detail(self.record, self.chart), FailureSide()
         self.knob, self.verdict = self.detail.knob, self.detail.verdict
@@ -212,10 +212,12 @@ class BreakItPage(MeasuringPage):
         self.runner.begun.connect(self._begin)
         self.runner.wrong.connect(self._fail)
         self.job.running_changed.connect(self._stop)
-        self.job.failed.connect(lambda _text: self.bar.show_text("Could not be tried", danger=True))
+        self.job.failed.connect(lambda _text: self.bar.show_text("The trial failed", danger=True))
         self.verdict.feel.clicked.connect(self.feel_it)
         self.verdict.back.clicked.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
-        self.feel.changed.connect(lambda: self.marked.emit(f"In the scene: {self.felt}" if self.felt else ""))
+        self.feel.changed.connect(
+            lambda: self.marked.emit(f"The scene shows: {self.felt}" if self.felt else "")
+        )
         self.feel.refused.connect(lambda text: self.bar.show_text(text, danger=True))
         self._studio.engine_changed.connect(self._show_verdict)

@@ -164,7 +164,11 @@ class FailureRunner(QObject):
                 except Exception as error:
                     # if the job was cancelled, this call raises, so that the error below is not reported
                     report(0, _FINE)
-                    words = str(error) if isinstance(error, StudioError) else f"An error occurred: {error}"
+                    words = (
+                        str(error)
+                        if isinstance(error, StudioError)
+                        else f"An error occurred during the trial: {error}"
+                    )
                     self.wrong.emit(failure.key, words)
                     if not many:
                         raise

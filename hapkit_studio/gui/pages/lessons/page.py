@@ -216,10 +216,10 @@ class LessonsPage(Page):
         part = QWidget()
         self.listed = LessonColumn(gap=6)
         self.folder = QPushButton("Choose a folder…", autoDefault=True)
-        self.folder.setToolTip("Lessons of your own, from a folder")
+        self.folder.setToolTip("Show lessons of your own, from a folder")
         self.folder.clicked.connect(self.ask_folder)
-        self.usual = QPushButton("Only the studio's", autoDefault=True)
-        self.usual.setToolTip("Hide the lessons of the folder")
+        self.usual = QPushButton("Remove this folder", autoDefault=True)
+        self.usual.setToolTip("Do not show the lessons of this folder any more")
         self.usual.clicked.connect(lambda: self.choose_folder(""))
         self.own = hint()
         foot = vbox(self.own, hbox(self.folder, self.usual, None), margins=(_SIDE, 10, _SIDE, 12), gap=6)
@@ -238,14 +238,14 @@ class LessonsPage(Page):
         errors = [label(words, "error") for words in self.library.errors]
         self.listed.show_parts([*errors, *self.rows.values()])
         folder = str(self._settings.value(LESSONS_FOLDER, ""))
-        self.own.setText(f"Also the lessons in {Path(folder).name}" if folder else "Lessons of your own:")
+        self.own.setText(f"Your folder of lessons: {Path(folder).name}" if folder else "Lessons of your own:")
         self.own.setToolTip(folder)
         self.usual.setVisible(bool(folder))
         self._order([*self.rows.values(), self.folder, self.usual])
 
     def ask_folder(self) -> None:
         """Ask for the folder with an instructor's lessons."""
-        choose_file(self, "Folder with lessons", "", self.choose_folder, folder=True)
+        choose_file(self, "Choose a folder with lessons", "", self.choose_folder, folder=True)
 
     def choose_folder(self, folder: str) -> None:
         """Also show the lessons of a folder; "" means no folder."""
@@ -269,20 +269,22 @@ class LessonsPage(Page):
         self.body = LessonColumn()
         self.back, self.next = (QPushButton(words, autoDefault=True) for words in ("Back", "Next"))
         icons.bind(self.back, "chevron_left", "ink", 16)
-        self.back.setToolTip("To the previous step (Alt+Left)")
+        self.back.setToolTip("Go to the previous step (Alt+Left)")
         self.back.clicked.connect(lambda: self.go(-1))
         self.next.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
         icons.bind(self.next, "chevron_right", "onaccent", 16)
         self.next.clicked.connect(lambda: self.go(1))
-        self.again = QPushButton("Reset", autoDefault=True)
-        self.again.setToolTip("Restore the scene as at the start of the step")
+        self.again = QPushButton("Reset step", autoDefault=True)
+        self.again.setToolTip("Set the scene and values as they were at the start of this step")
         self.again.clicked.connect(lambda: self.player.set_up())
         self.report, self.hand_in = (QPushButton(w, autoDefault=True) for w in ("Report", "Hand in…"))
         self.report.setProperty("flat", True)
-        self.report.setToolTip("Show your answers and figures as a page in the browser")
+        self.report.setToolTip("Show a report with your answers and figures in the browser")
         icons.bind(self.report, "info", "ink2", 18)
         icons.bind(self.hand_in, "export", "ink", 18)
-        self.hand_in.setToolTip("Save answers, checks and their data as one file")
+        self.hand_in.setToolTip(
+            "Save your answers, the checks and their data as one file for your instructor"
+        )
         self.report.clicked.connect(self.show_report)
         self.hand_in.clicked.connect(self.ask_hand_in)
         head = QWidget()
@@ -327,7 +329,7 @@ class LessonsPage(Page):
         self.back.setEnabled(at > 0)
         last = at + 1 == count
         self.next.setText("Finish" if last else "Next")
-        self.next.setToolTip("Back to all lessons" if last else "To the next step (Alt+Right)")
+        self.next.setToolTip("Go back to the list of lessons" if last else "Go to the next step (Alt+Right)")
         blocks = [*(progress.lesson.intro if at == 0 else ()), *step.blocks]
         self.tasks = {}
         parts = [self._part(block) for block in blocks]
@@ -399,10 +401,12 @@ class LessonsPage(Page):
             self.player.write(path, self.player.student)
             page.write_text(report(read(path), progress.lesson), encoding="utf-8")
         except (StudioError, OSError) as error:
-            self.show_text(f"There is no report yet. {error}")
+            self.show_text(f"The report could not be written. {error}")
             return
         self.show_text(
-            "" if QDesktopServices.openUrl(QUrl.fromLocalFile(str(page))) else f"The report is {page}."
+            ""
+            if QDesktopServices.openUrl(QUrl.fromLocalFile(str(page)))
+            else f"The report was saved as {page}."
         )
 
     def ask_hand_in(self) -> None:
@@ -417,7 +421,7 @@ class LessonsPage(Page):
         if lesson is None:
             return
         if not student:
-            self.show_text("Nothing was handed in: enter your name.")
+            self.show_text("Nothing was handed in. Enter your name first.")
             return
         self.player.student = student
         self._settings.setValue(STUDENT, student)

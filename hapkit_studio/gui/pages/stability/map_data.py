@@ -129,8 +129,8 @@ class Measured:
         """
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
-            return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
-        return f"{m} × {n} cells, {on_screen(self.seconds, 's', 2)}"
+            return f"Measured only up to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m"
+        return f"Measured {m} × {n} cells in {on_screen(self.seconds, 's', 2)}"
 
 
 class Results:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 _COMPUTING = JUDGING, "The map is being computed."
-_CONTROLLER = "Adds damping only while the scene has given you more energy than a passive scene could."
+_CONTROLLER = "The controller adds damping only while the scene has given you more energy than you put in."
 
 
 class StabilitySide(SidePanel):
@@ -57,10 +57,10 @@ class StabilitySide(SidePanel):
         self.title = PanelTitle(studio)
         self.rows = ParameterRows(studio, self.title.help)
         self.add(self.title, rule(), self.rows)
-        self.section("Try it")
+        self.section("Try these settings")
         self.try_hint, self.release, self.outcome = hint(), QPushButton(), label()
         self.add(self.try_hint, self.release, self.outcome)
-        self.section("Keep it stable")
+        self.section("Keep the scene stable")
         self.controller = QCheckBox("Passivity controller")
         self.add(self.controller, hint(_CONTROLLER))
 
@@ -75,7 +75,7 @@ class StabilityPage(MeasuringPage):
     """Computes the map's lines while visible, and measures on demand."""
 
     file = "stability"
-    drawn = "Stability map, damping across, stiffness up"
+    drawn = "Stability map: damping on the horizontal axis, stiffness on the vertical axis"
     side: StabilitySide
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -91,9 +91,10 @@ class StabilityPage(MeasuringPage):
         self.hands = Segmented("Hand", _HAND_WORDS)
         self.hands.show_index(0)
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
-        self.real = QCheckBox("Friction and sensor steps")
+        self.real = QCheckBox("With friction and sensor steps")
         self.real.setToolTip(
-            "On: measure with the friction and the sensor steps of the device. Off: measure an ideal device"
+            "Measure with the friction and the sensor steps of the device. Without the tick, measure an "
+            "ideal device"
         )
         self.bar.add(self.hands)
         self.bar.add(self.real)
@@ -125,7 +126,9 @@ class StabilityPage(MeasuringPage):
         """Measure the map and the boundary for the settings shown."""
         self._wanted = self.lines is None
         if self.lines is None:
-            self.bar.show_text("Waiting for the map" if self._studio.engine else "Connect a device first.")
+            self.bar.show_text(
+                "Waiting until the map is computed" if self._studio.engine else "Connect a device first."
+            )
             return
         plane = self.lines.plane
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
@@ -238,7 +241,9 @@ class StabilityPage(MeasuringPage):
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
         column.lay_out()  # lay out now, because the first drawing of the map takes a second
         if newest is not None and not self.job.running:
-            self.bar.show_text("Out of date" if self.outdated else newest.text((plane.width, plane.top)))
+            self.bar.show_text(
+                "Measurement out of date" if self.outdated else newest.text((plane.width, plane.top))
+            )
 
     def _show_map(self, lines: Lines) -> None:
         """Redraw the map, or move only the dot if nothing else changed."""
@@ -286,9 +291,9 @@ class StabilityPage(MeasuringPage):
         side, trial, parameters = self.side, self.trial, self.map_parameters
         words = parameters.text if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
-            words += " On a real Hapkit, let go of the handle yourself."
+            words += " On a real Hapkit, let go of the handle with your hand."
         side.try_hint.setText(words)
-        side.release.setText("Holding…" if trial.holding else "Release the handle here")
+        side.release.setText("Holding the handle…" if trial.holding else "Release the handle here")
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
         side.outcome.setText(trial.said)
         side.outcome.setVisible(bool(trial.said))

@@ -112,7 +112,8 @@ _BEGIN, _END = 0.2, 0.4
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
-    "A wall pushes the handle away, and nothing brings it back. Choose Spring to see it buzz or come to rest."
+    "The wall has pushed the handle away, and nothing brings the handle back. Choose Spring to see the "
+    "handle buzz or come to rest."
 )
 
 
@@ -143,11 +144,11 @@ def outcome_text(seen: Released, conditions: TrialConditions) -> str:
     rests = seen.end <= _STEPS * max(conditions.quantum, _LEAST_STEP)
     size = f"±{number(1e3 * seen.end, 1)} mm"
     if not rests and seen.end < seen.begin / _GREW:
-        return f"Still decaying, now {size}."
+        return f"The motion still decays. It is {size} now."
     settles = seen.begin <= conditions.does.push or conditions.does.flick > 0.0
-    agrees = "as predicted" if rests == settles else "which was not predicted"
-    grew = "The motion grew to" if seen.end > _GREW * seen.begin else "Keeps oscillating at"
-    return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
+    agrees = "as was predicted" if rests == settles else "which was not predicted"
+    grew = "The motion grew to" if seen.end > _GREW * seen.begin else "The handle keeps oscillating by"
+    return f"The handle came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 
 # ms: how long the hand holds the handle, and how long the handle is observed after the release

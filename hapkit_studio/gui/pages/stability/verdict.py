@@ -15,9 +15,9 @@ from hapkit_studio.gui.widgets.theme import number
 
 _OPEN = ("circle", "ink2")
 _WHY_SO_MANY = (
-    "Passive: stable in any hand. Let go: the handle alone. Grip: a hand adds damping, so the "
-    "limit is usually higher. These limits ignore dry friction. The view Z-width includes it and "
-    "usually finds higher limits."
+    "Passive: stable in any hand. Let go: stable without a hand. Grip: stable in a hand, which adds "
+    "damping, so the limit is usually higher. These limits ignore dry friction. The view Z-width includes "
+    "friction and usually finds higher limits."
 )
 
 
@@ -49,7 +49,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
-        more.append(f"Measured {handle}: {class_descriptions(plane.setting.controller)[found]}.")
+        more.append(f"Measurement {handle}: {class_descriptions(plane.setting.controller)[found]}.")
     return Verdict(said.headline, "\n".join(filter(None, more)), said.sign, said.signed)
 
 
@@ -60,11 +60,11 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     """
     plane, asked = lines.plane, lines.question.asked
     across = plane.margin.damping
-    title = f"Limits at b = {number(across, 1)} N·s/m"
+    title = f"Limits at a damping of {number(across, 1)} N·s/m"
     if asked is not None and asked.impedance is None:
         return "", []
     if not plane.setting.linear:
-        return title, [("Velocity filter", "not linear")]
+        return title, [("No limits", "the velocity filter is not linear")]
     if lines.dampings:
         title, unit, digits, own = "Limits of the damping", "N·s/m", 1, lines.dampings
         passive = float(plane.edge_damping[-1])
