@@ -89,7 +89,7 @@ def evaluate(check: Check, samples: Samples) -> Result:
 def evaluate_interval(check: Check, part: Samples) -> Result:
     """Evaluate a check on one interval, such as the one stored with an answer."""
     if not len(part):
-        return Result(WAITING, "The interval has no samples.")
+        return Result(WAITING, "The interval to be evaluated has no samples.")
     if wrong := _wrong_setting(check, part):
         return Result(WAITING, wrong)
     try:
@@ -101,9 +101,9 @@ def evaluate_interval(check: Check, part: Samples) -> Result:
 def judge(check: Check, found: Measured, part: Samples) -> Result:
     """Compare a measured value with the check's expectation."""
     entry = MEASUREMENTS[check.measure]
-    measured = f"{entry.label} {entry.interval_text(found)}"
+    measured = f"{entry.label}: {entry.interval_text(found)}."
     state, words = _verdict(check, entry, found, part)
-    text = f"{measured}, {words}"
+    text = f"{measured} {words}"
     if state == WRONG and check.wrong:
         text = f"{text} {check.wrong}"
     return Result(
@@ -116,23 +116,23 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
     if check.expect is None:
         low, high = check.at_least, check.at_most
         if low is not None and not value >= low:
-            return WRONG, f"at least {entry.text(low)} is needed."
+            return WRONG, f"At least {entry.text(low)} is needed."
         if high is not None and not value <= high:
-            return WRONG, f"at most {entry.text(high)} is allowed."
+            return WRONG, f"At most {entry.text(high)} is allowed."
         limits = {"at least": low, "at most": high}
         words = [f"{name} {entry.text(limit)}" for name, limit in limits.items() if limit is not None]
-        return CORRECT, f"{' and '.join(words)}: correct."
+        return CORRECT, f"This is correct: {' and '.join(words)} was required."
     wanted, source = _wanted(check, part)
     tolerance = (
         check.tolerance if check.tolerance is not None else 0.01 * (check.percent or 0.0) * abs(wanted)
     )
-    goal = f"{source} {entry.text(wanted)}"
+    goal = f"{entry.text(wanted)} was {source}"
     if abs(value - wanted) > tolerance:
         way = "too high" if value > wanted else "too low"
-        return WRONG, f"{goal}: {way} by {entry.text(abs(value - wanted))}."
+        return WRONG, f"This is {entry.text(abs(value - wanted))} {way}: {goal}."
     if found.half > max(tolerance, 1e-12):
-        return WRONG, f"{goal}: the interval is too wide. Move farther or for longer."
-    return CORRECT, f"{goal}: correct."
+        return WRONG, f"The value is too uncertain: {goal}. Move farther or for longer."
+    return CORRECT, f"This is correct: {goal}."
 
 
 def _wanted(check: Check, part: Samples) -> tuple[float, str]:
@@ -151,7 +151,7 @@ def _wrong_setting(check: Check, part: Samples) -> str:
     scene, known = part.scene, {**environments.discover(), **part.known}
     if scene is None or scene[0].key != check.environment:
         shown = scene[0].title if scene else str(part.settings.get("environment") or "another scene")
-        return f"This was recorded with {shown}; choose {known[check.environment].title}."
+        return f"The recording was made with {shown}. Choose {known[check.environment].title}."
     environment, values = scene
     parameters = {p.key: p for p in environment.parameters}
     for key, wanted in check.where.items():
@@ -159,16 +159,16 @@ def _wrong_setting(check: Check, part: Samples) -> str:
         if isinstance(parameter, Choice):
             if parameter.text(values[key]) != wanted:
                 words = [parameter.phrase(value) for value in (values[key], parameter.check(wanted))]
-                return "{} is {}; choose {}.".format(parameter.label, *words)
+                return "{} is {}. Choose {}.".format(parameter.label, *words)
             continue
         label, unit, now = _setting(part, key, values, parameter)
         if isinstance(wanted, str):
             if now != wanted:
-                return f"{label} is {now}; choose {wanted}."
+                return f"{label} is {now}. Choose {wanted}."
         elif not (isinstance(now, float) and wanted[0] <= now <= wanted[1]):
             is_now = on_screen(now, unit) if isinstance(now, float) else str(now)
             low, high = (on_screen(limit, unit) for limit in wanted)
-            return f"{label} is {is_now}; set it between {low} and {high}."
+            return f"{label} is {is_now}. Set a value between {low} and {high}."
     return ""
 
 
@@ -261,8 +261,8 @@ def _nothing(check: Check, entry: Measurement) -> str:
     """Return the advice for a recording that has no suitable interval."""
     if entry.intervals == PASS and check.between is not None:
         low, high = (on_screen(end, "m", 3) for end in check.between)
-        return f"You did not cross the range from {low} to {high}; cross it once."
+        return f"You did not cross the range from {low} to {high}. Cross this range once."
     if entry.intervals in (PRESS, TOUCH):
         deep = on_screen(check.needs.get("depth", 1e-3), "m", 3)
-        return f"You did not touch the surface; press at least {deep}."
+        return f"You did not touch the surface. Press at least {deep} deep."
     return "Nothing is recorded yet. Move the handle."

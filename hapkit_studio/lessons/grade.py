@@ -67,7 +67,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
     lesson = lessons.get(handed.lesson)
     head = (handed.student, path.name, handed.lesson)
     if lesson is None:
-        reason = f"There is no lesson {handed.lesson}: name the folder that holds it with --folder."
+        reason = f"There is no lesson {handed.lesson}. Name the folder that holds it with --folder."
         return [Row(*head, "", "", "", DAMAGED, reason)]
     found = [Row(*head, "", "", "", DAMAGED, words) for words in handed.damage]
     for number, _, task in lesson.tasks():
@@ -83,7 +83,7 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
     """Return the value, the state and the reason for a task."""
     answer = handed.answers.get(task.key)
     if answer is None:
-        return "", MISSING, "Not answered."
+        return "", MISSING, "This task is not answered."
     if isinstance(task, Question):
         state, words = task.judge(answer.given)
         value = f"{answer.given} {task.unit}".strip()

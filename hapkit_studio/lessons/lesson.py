@@ -120,19 +120,20 @@ class Question:
         """Return the state of an entered answer, and a sentence about it."""
         given = given.strip()
         if not given:
-            return "waiting", "Not answered yet."
+            return "waiting", "This question is not answered yet."
         if self.kind == "text":
-            return "review", "Answered; a reviewer will read it."
+            return "review", "Your answer is stored. A reviewer will read it."
         if self.kind == "choice":
-            right = given == self.answer
-            return ("correct", "Correct.") if right else ("wrong", self.wrong or "Read the step again.")
+            if given == self.answer:
+                return "correct", "Your answer is correct."
+            return "wrong", self.wrong or "This answer is wrong. Read the step again."
         try:
             found = float(given.replace(",", ".").replace("\N{MINUS SIGN}", "-"))
         except ValueError:
             return "wrong", f"Enter a number in {self.unit}." if self.unit else "Enter a number."
         assert self.value is not None
         if abs(found - self.value) <= self.tolerance:
-            return "correct", f"{given} {self.unit}".rstrip() + ": correct."
+            return "correct", f"{given} {self.unit}".rstrip() + " is correct."
         way = "too high" if found > self.value else "too low"
         return "wrong", f"{given} {self.unit}".rstrip() + f" is {way}. {self.wrong}".rstrip()
 

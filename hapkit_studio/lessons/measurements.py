@@ -257,7 +257,7 @@ def _oscillation(samples: Samples) -> oscillation.Oscillation:
 def _oscillation_frequency(samples: Samples, region: Region) -> Measured:
     found = _oscillation(samples)
     if not math.isfinite(found.frequency):
-        raise NotMeasured("The oscillation has no clear frequency. Wait for a steady one.")
+        raise NotMeasured("The oscillation has no clear frequency. Wait until the oscillation is steady.")
     return Measured(found.frequency, 0.1 / float(np.ptp(samples.time)))
 
 
@@ -338,7 +338,8 @@ def _slips(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     selected = length > max(8.0 * samples.quantum, 0.25 * float(length.max(initial=0.0)))
     if selected.sum() < 4:
         raise NotMeasured(
-            f"There are {int(selected.sum())} slips; at least 4 are needed. Pull slowly, in one direction."
+            f"There are {int(selected.sum())} slips, but at least 4 are needed. Pull slowly, in one "
+            "direction."
         )
     return samples.time[[p.start for p in parts]][selected], length[selected]
 
@@ -394,7 +395,9 @@ def _free_swing(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     least = 0.05 * float(np.ptp(away))
     found = np.sort(np.concatenate([find_peaks(s * away, prominence=least)[0] for s in (1.0, -1.0)]))
     if len(found) < _SWINGS:
-        raise NotMeasured(f"The object swung {len(found)} times; at least {_SWINGS} are needed. Wait longer.")
+        raise NotMeasured(
+            f"The object swung {len(found)} times, but at least {_SWINGS} swings are needed. Wait longer."
+        )
     return time[found], away[found]
 
 
@@ -463,7 +466,7 @@ def _friction_ratio(samples: Samples, region: Region) -> Measured:
     force = np.abs(samples.applied_force[count // 2 : count // 2 + len(moved)])
     fast, slow = force[speed > max(_FAST, 0.5 * speed.max())], force[speed < _SLOW]
     if len(fast) < count:
-        raise NotMeasured(f"You moved at up to {on_screen(float(speed.max()), 'm/s', 2)}; move faster.")
+        raise NotMeasured(f"You moved at up to {on_screen(float(speed.max()), 'm/s', 2)}. Move faster.")
     if not len(slow):
         raise NotMeasured("Turn around slowly, so that the handle nearly stands still in between.")
     level = float(np.median(fast))
@@ -492,29 +495,35 @@ MEASUREMENTS = _table(
         Measurement("stiffness", "Stiffness", "N/m", _identified("stiffness"), PRESS),
         Measurement("damping", "Damping", "N·s/m", _identified("damping"), PRESS),
         Measurement("friction", "Friction", "N", _identified("friction")),
-        Measurement("friction_ratio", "Slow / fast friction", "", _friction_ratio, seconds=5.0, decimals=2),
+        Measurement(
+            "friction_ratio", "Ratio of slow to fast friction", "", _friction_ratio, seconds=5.0, decimals=2
+        ),
         Measurement("slope", "Slope", "N/m", _slope, PRESS),
         Measurement("peak_force", "Peak force", "N", _peak_force, PRESS),
         Measurement("work", "Work", "J", _work, PASS, needs_region=True),
         Measurement("energy_per_bounce", "Energy per bounce", "J", _energy_per_bounce, TOUCH),
-        Measurement("restitution", "Speed out / speed in", "", _restitution, TOUCH, decimals=2),
-        Measurement("transient_frequency", "Ringing", "Hz", _transient(1), TOUCH),
+        Measurement("restitution", "Ratio of speed out to speed in", "", _restitution, TOUCH, decimals=2),
+        Measurement("transient_frequency", "Ringing frequency", "Hz", _transient(1), TOUCH),
         Measurement("transient_decay", "Decay of the ringing", "1/s", _transient(2), TOUCH),
-        Measurement("oscillation_frequency", "Oscillation", "Hz", _oscillation_frequency, seconds=1.0),
-        Measurement("oscillation_amplitude", "Amplitude", "m", _oscillation_amplitude, seconds=1.0),
+        Measurement(
+            "oscillation_frequency", "Oscillation frequency", "Hz", _oscillation_frequency, seconds=1.0
+        ),
+        Measurement(
+            "oscillation_amplitude", "Oscillation amplitude", "m", _oscillation_amplitude, seconds=1.0
+        ),
         Measurement("rest", "Remaining movement", "m", _rest, seconds=1.0),
         Measurement("largest_push", "Largest push that settles", "m", _largest_push),
-        Measurement("purring", "Purring", "Hz", _purring, seconds=2.5),
-        Measurement("vibration", "Vibration", "Hz", _vibration, seconds=0.5),
+        Measurement("purring", "Purring frequency", "Hz", _purring, seconds=2.5),
+        Measurement("vibration", "Vibration frequency", "Hz", _vibration, seconds=0.5),
         Measurement("spatial_period", "Distance between ridges", "m", _spatial_period),
         Measurement("stick_slip_period", "Stick–slip period", "s", _stick_slip_period, seconds=5.0),
-        Measurement("stick_slip_amplitude", "Slip", "m", _stick_slip_amplitude, seconds=5.0),
-        Measurement("clicks", "Clicks", "", _clicks, decimals=0),
+        Measurement("stick_slip_amplitude", "Slip distance", "m", _stick_slip_amplitude, seconds=5.0),
+        Measurement("clicks", "Number of clicks", "", _clicks, decimals=0),
         Measurement("object_growth", "Growth of the swing", "1/s", _object_growth, seconds=10.0),
-        Measurement("object_frequency", "Swing", "Hz", _object_frequency, seconds=6.0),
+        Measurement("object_frequency", "Swing frequency", "Hz", _object_frequency, seconds=6.0),
         Measurement(
             "object_restitution",
-            "Speed after / before a bounce",
+            "Ratio of speed after to before a bounce",
             "",
             _object_restitution,
             seconds=6.0,
@@ -524,7 +533,7 @@ MEASUREMENTS = _table(
         Measurement("delay", "Delay", "s", _delay, PRESS),
         Measurement("rate", "Rate", "Hz", _rate, seconds=1.0),
         Measurement("position", "Position", "m", _position, seconds=1.0),
-        Measurement("travel", "Travel", "m", _travel),
+        Measurement("travel", "Distance moved", "m", _travel),
         Measurement("peak_speed", "Peak speed", "m/s", _peak_speed),
     )
 )
@@ -547,19 +556,19 @@ NEEDS = {
     "depth": Need(
         lambda s: 0.0 if s.depth is None else max(float(s.depth.max()), 0.0),
         "m",
-        "You pressed {} deep; press at least {}.",
+        "You pressed {} deep. Press at least {} deep.",
     ),
-    "travel": Need(lambda s: float(np.ptp(s.position)), "m", "You moved {}; move at least {}."),
+    "travel": Need(lambda s: float(np.ptp(s.position)), "m", "You moved {}. Move at least {}."),
     "speed": Need(
         lambda s: _peak_speed(s, None).value if s.time[-1] - s.time[0] > 0.05 else 0.0,
         "m/s",
-        "You moved at up to {}; move at {} or faster.",
+        "You moved at up to {}. Move at {} or faster.",
     ),
     "force": Need(
-        lambda s: float(np.abs(s.applied_force).max()), "N", "The force reached {}; press with at least {}."
+        lambda s: float(np.abs(s.applied_force).max()), "N", "The force reached {}. Press with at least {}."
     ),
     "seconds": Need(
-        lambda s: float(s.time[-1] - s.time[0]), "s", "That lasted {}; continue for at least {}."
+        lambda s: float(s.time[-1] - s.time[0]), "s", "The movement lasted {}. Continue for at least {}."
     ),
 }
 """The requirements that a check can have on the movement, by name."""

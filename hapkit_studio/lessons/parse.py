@@ -111,14 +111,16 @@ class _Reader:
         }
         keys = head.names("environments", tuple(self.known))
         if not keys:
-            raise head.wrong("environments", "a lesson has at least one environment")
+            raise head.wrong("environments", "a lesson must have at least one environment")
         lock = head.names("lock", self._lockable(keys))
         head.finish()
         # Replace the header by empty lines, so that a token's line number is that of the file.
         body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
         intro, steps = self._steps(markdown().parse(body), self._first_scene(keys[0], lock, found["hide"]))
         if not steps:
-            raise self._error(end + 1, 'a lesson has at least one step, with a heading such as "## Press"')
+            raise self._error(
+                end + 1, 'a lesson must have at least one step, with a heading such as "## Press"'
+            )
         return Lesson(
             key=self.path.stem,
             path=self.path,
@@ -133,7 +135,7 @@ class _Reader:
     def _header_end(self) -> int:
         """Return the index of the header's last line, counted from 0."""
         if self.lines[0].strip() != _FENCE:
-            raise self._error(1, f"a lesson begins with a header between two lines {_FENCE}")
+            raise self._error(1, f"a lesson must begin with a header between two lines {_FENCE}")
         for at, line in enumerate(self.lines[1:], 1):
             if line.strip() == _FENCE:
                 return at
@@ -188,8 +190,8 @@ class _Reader:
             if token.type == "heading_open" and token.tag in ("h1", "h2") and token.level == 0:
                 end_step()
                 if token.tag == "h1" or len(steps) >= MOST_STEPS:
-                    wrong = "a step begins with ##; the title of the lesson is in its header"
-                    most = f"a lesson has at most {MOST_STEPS} steps"
+                    wrong = "a step must begin with ##; the title of the lesson is in its header"
+                    most = f"a lesson may have at most {MOST_STEPS} steps"
                     raise self._error(line, wrong if token.tag == "h1" else most)
                 title = tokens[at + 1].content
                 self._checked(checked_text, title, line, "a step's title", _LINE)
@@ -208,7 +210,7 @@ class _Reader:
                     step = len(steps)
                     if step == 0:
                         raise self._error(
-                            line, "a block belongs to a step: write the step's ## heading above it"
+                            line, "a block must belong to a step: write the step's ## heading above it"
                         )
                     blocks.append(self._block(word, token.content, line, last, scene, step))
             else:
@@ -230,10 +232,10 @@ class _Reader:
         }
         if word not in makers:
             known = ", ".join(("set", *makers, "hint", "math", "play"))
-            raise self._error(line, f"a block is one of {known}, not {quoted(word)}")
+            raise self._error(line, f"a block must be one of {known}, not {quoted(word)}")
         self.tasks += word != "plot"
         if self.tasks > MOST_TASKS:
-            raise self._error(line, f"a lesson has at most {MOST_TASKS} checks and questions")
+            raise self._error(line, f"a lesson may have at most {MOST_TASKS} checks and questions")
         return makers[word](self._table(content, line + 1, last), scene, f"{step}.{self.tasks}")
 
     def _checked(self, check: Callable[..., Any], value: object, line: int, what: str, *limits: Any) -> Any:
@@ -289,7 +291,9 @@ class _Reader:
         if isinstance(expect, str):
             names = [p.key for p in known.parameters if not p.discrete]
             if expect not in names:
-                raise table.wrong("expect", f"a parameter is one of {', '.join(names)}, not {quoted(expect)}")
+                raise table.wrong(
+                    "expect", f"a parameter must be one of {', '.join(names)}, not {quoted(expect)}"
+                )
         elif expect is not None:
             given = expect
             expect = table.attempt("expect", checked_number, given, "expect", -1e9, 1e9)
@@ -338,7 +342,7 @@ class _Reader:
         for key, wanted in table.table("where").items():
             if key not in parameters and key not in loop:
                 among = ", ".join([*parameters, *loop])
-                raise table.wrong("where", f"a setting is one of {among}, not {quoted(key)}")
+                raise table.wrong("where", f"a setting must be one of {among}, not {quoted(key)}")
             if isinstance(wanted, str):
                 if key in parameters:
                     table.attempt("where", parameters[key].check, wanted)
@@ -368,9 +372,11 @@ class _Reader:
         )
         table.finish()
         if options and question.answer not in options:
-            raise table.wrong("answer", f"the answer is one of the options, not {quoted(question.answer)}")
+            raise table.wrong(
+                "answer", f"the answer must be one of the options, not {quoted(question.answer)}"
+            )
         if options and question.value is not None:
-            raise table.wrong("value", "a question has options or a value, not both")
+            raise table.wrong("value", "a question must have either options or a value, not both")
         return question
 
     @staticmethod
@@ -477,7 +483,7 @@ class _Table:
     def flag(self, key: str) -> bool:
         value = self.get(key)
         if value is not None and not isinstance(value, bool):
-            raise self.wrong(key, f"{key} is {quoted(value)}; it must be true or false")
+            raise self.wrong(key, f"{key} must be true or false, not {quoted(value)}")
         return value is True
 
     def integer(self, key: str, low: int, high: int, default: int | None = None) -> int:
@@ -493,7 +499,7 @@ class _Table:
             raise self.wrong(key, f"{key} is missing")
         value, names = self.get(key), tuple(known)
         if not isinstance(value, str) or value not in names:
-            raise self.wrong(key, f"{key} is one of {', '.join(names)}, not {quoted(value)}")
+            raise self.wrong(key, f"{key} must be one of {', '.join(names)}, not {quoted(value)}")
         return value
 
     def names(self, key: str, known: Iterable[str], default: tuple[str, ...] = ()) -> tuple[str, ...]:
@@ -501,10 +507,10 @@ class _Table:
             return default
         value, names = self.get(key), tuple(known)
         if not isinstance(value, list):
-            raise self.wrong(key, f"{key} is a list of names, not {quoted(value)}")
+            raise self.wrong(key, f"{key} must be a list of names, not {quoted(value)}")
         for one in value:
             if not isinstance(one, str) or one not in names:
-                raise self.wrong(key, f"{key} has some of {', '.join(names)}, not {quoted(one)}")
+                raise self.wrong(key, f"{key} must contain only {', '.join(names)}, not {quoted(one)}")
         return tuple(dict.fromkeys(value))
 
     def table(self, key: str) -> dict[str, Any]:
@@ -516,7 +522,7 @@ class _Table:
         found, names = {}, tuple(known)
         for name, value in self.table(key).items():
             if name not in names:
-                raise self.wrong(key, f"{key} has some of {', '.join(names)}, not {quoted(name)}")
+                raise self.wrong(key, f"{key} must contain only {', '.join(names)}, not {quoted(name)}")
             found[name] = self.attempt(key, checked_number, value, name, 0.0, 1e9)
         return found
 
@@ -525,7 +531,9 @@ class _Table:
         pair = self.attempt(key, checked_list, value, key, 2)
         low, high = (self.attempt(key, checked_number, v, key, -reach, reach, unit) for v in pair)
         if key != "hand" and low >= high:
-            raise self.wrong(key, f"{key} goes from a lower to a higher value, not from {low:g} to {high:g}")
+            raise self.wrong(
+                key, f"{key} must go from a lower to a higher value, not from {low:g} to {high:g}"
+            )
         return low, high
 
     def values(self, environment: Environment, before: Mapping[str, float]) -> dict[str, float]:

@@ -40,7 +40,7 @@ def test_play_reports_the_check_that_does_not_pass(tmp_path, capsys):
     capsys.readouterr()
     assert main(["lessons", "play", str(path)]) == 2
     said = capsys.readouterr().out
-    assert re.search(r"You pressed 0\.\d+ mm deep; press at least 3 mm\.", said)
+    assert re.search(r"You pressed 0\.\d+ mm deep\. Press at least 3 mm deep\.", said)
     assert "Not passed: 1.1." in said
 
 

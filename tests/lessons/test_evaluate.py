@@ -38,7 +38,7 @@ def presses(*depths, stiffness=300.0, rendered=None, side="right"):
 def test_a_correct_press_is_answered_with_value_and_setting(side):
     found = evaluate(CHECK, presses(0.005, side=side))
     assert found.state == CORRECT
-    assert found.text == "Slope 300 N/m, set 300 N/m: correct."
+    assert found.text == "Slope: 300 N/m. This is correct: 300 N/m was set."
     assert found.start == pytest.approx(0.5, abs=0.01)
     assert found.stop == pytest.approx(2.0, abs=0.01)
     assert len(found.stamp) == 64
@@ -53,13 +53,13 @@ def test_the_newest_press_of_sufficient_depth_counts():
 def test_insufficient_depth_is_reported_with_both_numbers():
     found = evaluate(CHECK, presses(0.0008))
     assert found.state == WAITING
-    assert found.text == "You pressed 0.8 mm deep; press at least 3 mm."
+    assert found.text == "You pressed 0.8 mm deep. Press at least 3 mm deep."
 
 
 def test_a_wrong_value_is_reported_with_its_difference_and_the_lessons_advice():
     found = evaluate(CHECK, presses(0.005, stiffness=300.0, rendered=330.0))
     assert found.state == WRONG
-    assert found.text == "Slope 330 N/m, set 300 N/m: too high by 30 N/m. Is the damping zero?"
+    assert found.text == "Slope: 330 N/m. This is 30 N/m too high: 300 N/m was set. Is the damping zero?"
 
 
 @pytest.mark.parametrize(
@@ -72,15 +72,15 @@ def test_the_tolerance_is_exact(factor, state):
 def test_a_different_environment_is_reported():
     found = evaluate(CHECK, elsewhere(presses(0.005)))
     assert found.state == WAITING
-    assert found.text == "This was recorded with Free; choose Wall."
+    assert found.text == "The recording was made with Free. Choose Wall."
 
 
 def test_a_setting_out_of_range_is_reported():
     check = replace(CHECK, where={"stiffness": (400.0, 500.0)})
     found = evaluate(check, presses(0.005))
-    assert found.text == "Stiffness is 300 N/m; set it between 400 N/m and 500 N/m."
+    assert found.text == "Stiffness is 300 N/m. Set a value between 400 N/m and 500 N/m."
     check = replace(CHECK, where={"side": "left"})
-    assert evaluate(check, presses(0.005)).text == "Side is right; choose left."
+    assert evaluate(check, presses(0.005)).text == "Side is right. Choose left."
 
 
 def test_a_recording_without_contact_is_reported():
@@ -108,7 +108,7 @@ def test_a_fault_ends_an_interval():
     made.flags[1200] = 4
     found = evaluate(CHECK, made)
     assert found.state == WAITING
-    assert found.text.startswith("That lasted")
+    assert found.text.startswith("The movement lasted")
 
 
 def test_a_limit_applies_on_both_sides():
@@ -116,8 +116,8 @@ def test_a_limit_applies_on_both_sides():
     place = 0.02 * np.sin(math.tau * np.arange(4000) / RATE)
     made = samples("free", {}, place, 0.0 * place)
     assert evaluate(check, made).correct
-    assert evaluate(check, larger(made, 0.4)).text == "Travel 16 mm, at least 20 mm is needed."
-    assert evaluate(check, larger(made, 2.0)).text == "Travel 80 mm, at most 50 mm is allowed."
+    assert evaluate(check, larger(made, 0.4)).text == "Distance moved: 16 mm. At least 20 mm is needed."
+    assert evaluate(check, larger(made, 2.0)).text == "Distance moved: 80 mm. At most 50 mm is allowed."
 
 
 def test_the_stamp_depends_on_every_sample_and_setting():

@@ -249,7 +249,7 @@ def test_the_report_is_one_page_that_loads_nothing(tmp_path, lesson, played):
     assert page.count("<figure>") == len([step for step in lesson.steps if step.checks])
     for _, _, task in lesson.tasks():
         assert f"{getattr(task, 'title', '') or task.text}"[:20] in page
-    assert "Stiffness 80.00 ± 0.01 N/m, set 80 N/m: correct." in page
+    assert "Stiffness: 80.00 ± 0.01 N/m. This is correct: 80 N/m was set." in page
 
 
 @pytest.mark.slow

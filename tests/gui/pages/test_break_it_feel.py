@@ -1,4 +1,4 @@
-"""The button Feel this failure applies a failure to the window; its settings follow the knob; one click undoes it."""
+"""Feel this failure applies a failure to the window; its settings follow the knob; one click undoes it."""
 
 import numpy as np
 import pytest

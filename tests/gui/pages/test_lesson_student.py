@@ -107,7 +107,7 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     student.type_into(energy.field, "12")
     assert energy.words.text() == f"12 mJ is too high. {task_of('2.3').wrong}"
     student.type_into(energy.field, f"{1e3 * 0.5 * 120 * 0.010**2:g}")
-    assert energy.words.text() == "6 mJ: correct."
+    assert energy.words.text() == "6 mJ is correct."
 
     student.click(page.next)
     assert page.place.text() == "Step 3 of 3"

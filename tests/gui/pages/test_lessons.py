@@ -208,14 +208,14 @@ def test_answers_are_judged_in_a_sentence(small):
     choice.options[0].click()
     assert choice.words.text() == "Look again."
     choice.options[1].click()
-    assert choice.words.text() == "Correct."
+    assert choice.words.text() == "Your answer is correct."
     QTest.keyClicks(number.field, "350")
     QTest.keyClick(number.field, Qt.Key.Key_Return)
     assert number.words.text() == "350 N/m is too high."
     assert not small.player.progress.step_done(0)
     number.field.setText("305")
     QTest.keyClick(number.field, Qt.Key.Key_Return)
-    assert number.words.text() == "305 N/m: correct."
+    assert number.words.text() == "305 N/m is correct."
 
 
 @pytest.mark.slow
@@ -223,7 +223,7 @@ def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot
     """The task's text explains what is missing; the user does not have to press Record."""
     window, task = kept_window, small.tasks["1.1"]
     move_until(window, qtbot, lambda: "correct" in task.words.text())
-    assert task.words.text().startswith("Travel ")
+    assert task.words.text().startswith("Distance moved: ")
     window.live.tick()
     window.centre.time.refresh()
     start, stop = window.centre.time.shown.evaluated
