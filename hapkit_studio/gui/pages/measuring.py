@@ -226,7 +226,9 @@ class MeasuringPage(Page):
         if self.heading:
             self.job.finished.connect(lambda _result: self.side.lay_out())
         self._saving = Job(self, needs="", must_finish=True)
-        self._saving.finished.connect(lambda path: self.bar.show_text(f"The file {Path(path).name} was saved"))
+        self._saving.finished.connect(
+            lambda path: self.bar.show_text(f"The file {Path(path).name} was saved")
+        )
         self._saving.failed.connect(lambda text: self.bar.show_text(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:

@@ -216,7 +216,9 @@ class ReviewDialog(TextDialog):
 
     def _open(self, path: Path) -> None:
         shown = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
-        self.answer.show_text("The report is open in the browser." if shown else f"The report was saved as {path}.")
+        self.answer.show_text(
+            "The report is open in the browser." if shown else f"The report was saved as {path}."
+        )
 
     def _show_time(self) -> None:
         """While this file is being replayed, offer the replay's current time as the time of a comment."""
