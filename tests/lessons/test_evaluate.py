@@ -84,7 +84,7 @@ def test_a_setting_out_of_range_is_reported():
 
 
 def test_a_recording_without_contact_is_reported():
-    assert "press at least 3 mm" in evaluate(CHECK, still(presses(0.005))).text
+    assert "Press at least 3 mm" in evaluate(CHECK, still(presses(0.005))).text
 
 
 def test_a_recording_without_samples_is_reported():
