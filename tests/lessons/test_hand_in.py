@@ -115,7 +115,7 @@ def test_an_edited_value_is_detected(handed, lesson):
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
     assert row.state == "edited"
     assert "The file says 81.5 N/m" in row.reason
-    assert "Stiffness 80" in row.reason
+    assert "Stiffness: 80" in row.reason
 
 
 @pytest.mark.parametrize("part", ["start", "stop"])

@@ -115,7 +115,7 @@ def test_every_block_of_a_step_is_read_in_order(tmp_path):
         ("depth = 0.003", "depth = nan", "line 30: depth is nan"),
         ("```question", "```quiz", "line 33: a block must be one of set, check"),
         ("tolerance = 5", "tolerance = 5\nhelp = 1", "line 38: the name 'help' is not known here"),
-        ('over = "position"', 'over = "depth"', "line 41: over is one of"),
+        ('over = "position"', 'over = "depth"', "line 41: over must be one of"),
         ("[1, 18]]", "[0, 18]]", "line 49: the times of the hand's path must increase"),
         ("[1, 18]]", "[1, 180]]", "line 49: hand is 180; it must be a number from -60 to 60 mm"),
         ("seconds = 1.5", "seconds = 500", "line 50: seconds is 500"),

@@ -204,7 +204,7 @@ def test_the_header_hides_names(tmp_path):
         path.write_text(text.replace("+++\n", f"+++\n{line}", 1), encoding="utf-8")
         assert read_lesson(path).hide_names is hidden
     path.write_text(text.replace("+++\n", "+++\nhide_names = 1\n", 1), encoding="utf-8")
-    with pytest.raises(LessonError, match=r"mine.md, line 2: hide_names is 1"):
+    with pytest.raises(LessonError, match=r"mine.md, line 2: hide_names must be true or false, not 1"):
         read_lesson(path)
 
 
