@@ -101,7 +101,7 @@ def test_a_missing_event_is_always_perceptible():
 
 
 def test_amplitude_differences_are_symmetric():
-    """Only one of the two amplitudes is within the other's range."""
+    """The range of the narrow motion is within that of the wide motion, but not vice versa."""
     swing = np.sin(2.0 * math.pi * 15.0 * TIME)
     wide, narrow = run(place=2e-3 * swing), run(place=1e-3 * swing)
     assert told(wide, narrow).place == pytest.approx(told(narrow, wide).place) == pytest.approx(2.5, rel=0.05)

@@ -124,7 +124,7 @@ def test_the_effective_width_of_few_trials_is_unbiased():
 
 
 def test_a_slower_condition_is_compared_pair_by_pair():
-    """Every movement takes 1.5 times as long, which is +50 % without spread."""
+    """Every movement takes 1.5 times as long, so the change is +50 % with an interval of zero."""
     fast = [
         Trial("none", "tether", 0.0, d, w, -d / 2, d / 2, 0.1 + d + w, d / 2, 0.0, 1.0)
         for d in pointing.DISTANCES for w in pointing.WIDTHS for _ in range(2)

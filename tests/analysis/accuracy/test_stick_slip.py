@@ -68,7 +68,7 @@ class Tether:
 
 
 class HaywardArmstrong:
-    """A spring to an anchor that creeps by the distance moved times a fraction of the spring's strain."""
+    """A spring to an anchor, which follows a growing fraction of each motion as the strain increases."""
 
     def __init__(self):
         self.anchor = self.last = 0.0

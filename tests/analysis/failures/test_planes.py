@@ -1,4 +1,4 @@
-"""Planes of dimensionless numbers: boundaries agree with tables, points are on the right side."""
+"""Planes of dimensionless numbers: boundaries agree with tables; simulated points are on the correct side."""
 
 import math
 

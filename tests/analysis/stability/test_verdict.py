@@ -64,7 +64,7 @@ def test_without_friction_and_counts_the_verdict_agrees_with_the_linear_limit(sh
 
 @pytest.mark.parametrize("parameter", ["stiffness", "damping"])
 def test_a_nudge_settles_at_the_end_of_the_unstable_range(parameter):
-    """Stiffness is unstable above the lower end of its range, damping below the upper end of its range."""
+    """Stiffness is tested at the lower end of its unstable range, damping at the upper end."""
     setting = replace(LATE, hand="released", estimator="difference")
     values = {"stiffness": 700.0, "damping": 0.0, "center": 0.0}
     values["stiffness"] = 700.0 if parameter == "stiffness" else 1300.0

@@ -98,7 +98,7 @@ REFERENCE = {
 
 @cache
 def measured(name):
-    """Return the Z-width of a device of the table, computed by threads of normal priority."""
+    """Return the Z-width of a device in REFERENCE, computed by threads of normal priority."""
     with ThreadPoolExecutor(2) as threads:
         return simulation.compute(REFERENCE[name][0], DAMPING, executor=threads)
 
