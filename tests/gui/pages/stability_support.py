@@ -8,7 +8,7 @@ from tests.gui.window_support import PATIENCE_MS
 
 
 def follow(page, qtbot):
-    """Wait until the page shows the lines of the current settings; return their plane."""
+    """Wait until the page shows the stability limits for the current settings; return their plane."""
 
     def there() -> bool:
         wanted, lines = page.question(), page.lines

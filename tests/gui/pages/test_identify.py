@@ -229,7 +229,7 @@ def test_the_hand_shakes_at_the_surface_until_a_stop_or_another_view(window, qtb
     window.views.show("identify")
     page = window.views.page("identify")
     places = np.array([page.hand_target(t) for t in np.arange(0.0, 10.0, 0.01)])
-    assert places[0] == pytest.approx(0.005 + 0.003)  # at the wall's surface
+    assert places[0] == pytest.approx(0.005 + 0.003)  # the target starts 3 mm inside the wall
     assert places.min() < 0.0
     assert 0.015 < places.max() < 0.05
     page.shaking.click()

@@ -167,10 +167,10 @@ def damper_grows(setting, damping):
     """
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
-    rolls = (1.0 - keeps) * mass / own  # displacement in m for each m/s
+    rolls = (1.0 - keeps) * mass / own  # displacement per initial speed, in s
     goes, speeds = (
         damping / dt * k for k in ((dt - rolls) / own, (1.0 - keeps) / own)
-    )  # changes per m between two samples
+    )  # changes of position and speed per m of motion between two samples
     step = [[1.0 - goes, rolls, goes], [-speeds, keeps, speeds], [1.0, 0.0, 0.0]]
     return np.abs(np.linalg.eigvals(step)).max() > 1.0 + 1e-6
 

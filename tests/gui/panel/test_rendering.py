@@ -1,4 +1,4 @@
-"""The switch between computer and board, and its table."""
+"""The switch between rendering by computer and by board, and the table that compares them."""
 
 import re
 

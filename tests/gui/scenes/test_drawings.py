@@ -227,7 +227,7 @@ GROUNDS = [
 
 
 def painted(view, stage):
-    """Return positions (n,) in mm and pixel rows (n,) of the ground line's centre; the handle is outside."""
+    """Return positions (n,) in mm and pixel rows (n,) of the ground line's centre; the handle is at 90 mm."""
     line = has(shot(view, 0.09), "matline", 60)
     columns = np.arange(int(stage.x(-49.0)), int(stage.x(49.0)))
     return stage.mm(columns + 0.5), np.array([middle(line[: int(stage.rail) - 2, c]) for c in columns])

@@ -107,7 +107,10 @@ def energy(out):
 
 @pytest.mark.slow
 def test_explicit_euler_gains_energy_as_predicted_and_the_exact_integrator_none(played_demo):
-    """Without damping, a step multiplies the energy by 1 + ω²T², by its inverse, or by one, with ω² = k/m."""
+    """Explicit Euler multiplies an undamped energy by 1 + ω²T² per step, where ω² = k/m.
+
+    Implicit Euler multiplies it by the inverse, and the exact integrator by one.
+    """
     played = played_demo("integrator_gains_energy")
     for at, factor in ((5.0, 1.0), (12.0, 1.0006), (23.0, 1.0 / 1.0006)):
         held = energy(played.of(at, 0.1))  # the integrator is active and the force has faded in

@@ -11,7 +11,7 @@ from tests.gui.wizard.support import Bench, Played
 
 @pytest.fixture
 def bench(qtbot):
-    """Return a substitute for the window below a dialog, with its own studio."""
+    """Return a simple window with a studio, which replaces the main window as a dialog's parent."""
     made = Bench()
     made.show()
     yield made
