@@ -60,7 +60,7 @@ def _changed(image: Path, old: int, new: int) -> Path:
 
 
 def small_image(folder: Path, name: str = "chatter") -> Path:
-    """Return one of the small programs as a .hex file."""
+    """Return one of the small test programs as a .hex file."""
     image = folder / f"{name}.hex"
     subprocess.run(["avr-objcopy", "-O", "ihex", chip(name, folder), image], check=True)
     assert flash.read_image(image)

@@ -91,7 +91,7 @@ def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
 
 
 def _garbage(time: float) -> bytes:
-    """Return a line of random bytes: 90 per ms, in addition to the replies."""
+    """Return 90 random bytes and a delimiter from START to END; the function is called once per ms."""
     if not START <= time < END:
         return b""
     return np.random.default_rng(int(1e6 * time)).integers(0, 256, 90, dtype=np.uint8).tobytes() + b"\0"
@@ -101,7 +101,7 @@ FOREIGN = 0.4
 
 
 def _forces(time: float) -> bytes:
-    """Return a line of valid commands: eight per ms."""
+    """Return eight valid commands from START to END; the function is called once per ms."""
     return encode(Force(0, 0, FOREIGN)) * 8 if START <= time < END else b""
 
 

@@ -1,4 +1,4 @@
-"""Laws in the simulated chip at the rates offered: processor load, skipped ticks, and velocity."""
+"""Laws in the simulated chip at the rates that the studio offers: load, skipped ticks, and velocity."""
 
 import numpy as np
 import pytest

@@ -146,7 +146,7 @@ def compare(environment, values, archive, folder, rate=None, spec="kalman"):
     steps = np.diff(truth.converter)
     steps -= 921 * np.round(steps / 921)
     position = QUANTUM * np.concatenate([[0.0], np.cumsum(steps)])
-    # the sketch counts flips, so its position follows the true one
+    # the sketch counts the jumps of the sensor's signal, so its position follows the true position
     assert np.ptp(position - truth.position) <= 1.01 * QUANTUM
     wanted = asked(environment, values, position, rate, spec)
     assert np.abs(wanted).max() > 0.2

@@ -34,7 +34,7 @@ needs_compiler = pytest.mark.skipif(
 
 
 def chip(name: str, folder: Path, **defined: int) -> Path:
-    """Compile one of the small programs; return its .elf."""
+    """Compile one of the small test programs for the chip; return its .elf."""
     elf = folder / f"{name}.elf"
     flags = [f"-D{key}={value}" for key, value in defined.items()]
     words = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", *flags]
