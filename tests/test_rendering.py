@@ -106,9 +106,9 @@ def test_one_percent_inside_the_limit_decays_outside_grows(
 
 
 def bounce(stiffness, rate, delay, phase):
-    """Return the ratio of the energies after and before a bounce.
+    """Return the ratio of the energies after and before a bounce off a wall.
 
-    ``phase`` is a fraction of a period at contact.
+    ``phase`` is the time from the last sample to the contact, as a fraction of a period.
     """
     speed, mass = 0.1, 0.05
     before = 0.005 - (3.0 + phase) * speed / rate

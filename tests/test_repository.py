@@ -1,4 +1,4 @@
-"""Rules of the whole repository that no tool checks: layers are known, no text is machine-specific."""
+"""Rules of the whole repository that no tool checks: each module has a layer, no text is machine-specific."""
 
 import os
 import re

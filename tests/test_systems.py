@@ -1,4 +1,4 @@
-"""Folders and locales of all systems, errors included, with substitutes that follow their documentation.
+"""Folders and locales of all operating systems; substitutes behave as the systems' documentation says.
 
 Folders: Known Folders (Microsoft) and the File System Programming Guide (Apple), as platformdirs reads them.
 Ports, priority and clocks: tests/devices/test_ports.py, tests/haptics/test_priority.py and test_clock.py.

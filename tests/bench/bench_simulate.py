@@ -1,4 +1,4 @@
-"""Time of ten simulated seconds with a scripted hand; the code is compiled before."""
+"""Time to simulate ten seconds with a scripted hand, after the code was compiled."""
 
 import statistics
 import time

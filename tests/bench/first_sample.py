@@ -12,7 +12,7 @@ gc.disable()
 OPTIONS = window_parser().parse_args([])
 PREPARING = prepare.begin(
     "loop", OPTIONS.environment or prepare.FIRST
-)  # as on the command line, this comes before Qt is loaded
+)  # the command starts compilation before it loads Qt
 
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402

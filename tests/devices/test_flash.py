@@ -35,7 +35,7 @@ def program(path, text="#!/bin/sh\n"):
 
 @pytest.fixture
 def nothing_there(tmp_path, monkeypatch):
-    """Set an empty path and an empty home folder."""
+    """Set PATH and HOME to empty folders, and return their parent folder."""
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(avrdude, "_FOLDERS", {"linux": avrdude._FOLDERS["linux"][:2]})

@@ -72,7 +72,10 @@ def test_implicit_and_exact_integrators_never_grow(method, step, ratio):
 
 @pytest.mark.parametrize(("ratio", "step"), [(0.0, 0.0775), (0.05, 0.3), (0.2, 0.5), (1.0, 0.9), (0.7, 0.82)])
 def test_the_lectures_rule_agrees_with_its_characteristic_polynomial(ratio, step):
-    """Samples and growth follow z^3 + (h^2/4 + r h - 2) z^2 + (1 + h^2/2) z + (h^2/4 - r h) = 0."""
+    """The growth is the largest root of z^3 + (h^2/4 + r h - 2) z^2 + (1 + h^2/2) z + (h^2/4 - r h) = 0.
+
+    The samples satisfy the corresponding recurrence. h is the step, r the damping ratio.
+    """
     h2 = step * step
     polynomial = [1.0, h2 / 4.0 + ratio * step - 2.0, 1.0 + h2 / 2.0, h2 / 4.0 - ratio * step]
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}

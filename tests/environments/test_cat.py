@@ -17,14 +17,14 @@ STROKE = {"pet": 1.2, "rub": 0.3}  # s: duration of a stroke from one end to the
 def grown(gain, speed, start, seconds):
     """Return the contentment c after some seconds at one speed in m/s.
 
-    If c is positive, dc/dt = gain speed; otherwise, and below 3 mm/s, dc/dt = gain speed - c / 10 s.
+    If c is positive and the speed exceeds 3 mm/s, dc/dt = gain speed; else dc/dt = gain speed - c / 10 s.
     """
     if start > 0.0 and speed > 0.003:
         return start + gain * speed * seconds
     return start * math.exp(-seconds / 10.0) + 10.0 * gain * speed * -math.expm1(-seconds / 10.0)
 
 
-# columns: speed in m/s with the nap, contentment per metre of an easy cat
+# columns: speed in m/s in the direction of the fur (the nap), change of an easy cat's contentment per metre
 BANDS = [
     (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.1386, 0.0),
     (0.1414, -3.5), (0.2, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5),

@@ -100,7 +100,7 @@ def test_it_vibrates_again_only_after_leaving_by_two_counts(counts, again):
 
 
 def by_formula(run, rate, decay, hertz):
-    """Return the force (n,) in N at every sample of a run, with the vibration by its formula."""
+    """Return the force (n,) in N at every sample of a run; the vibration is computed from its formula."""
     out, since, speed = [], None, 0.0
     for x, v in zip(run.position - 0.005, run.velocity, strict=True):
         since = None if since is None or x <= -2.0 * COUNT else since + 1

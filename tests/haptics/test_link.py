@@ -88,7 +88,7 @@ def test_a_link_within_the_watchdog_time_is_accepted_and_added_delay_does_not_co
 
 
 def test_a_few_late_answers_are_not_a_slow_link(stepped):
-    """Delayed bytes that arrive together make the delay decrease within milliseconds."""
+    """After a pause, delayed bytes arrive together, and the delay becomes normal within milliseconds."""
     board, engine = stepped(environment=CONSTANT)
     board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None

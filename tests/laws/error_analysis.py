@@ -84,7 +84,7 @@ def decoded(code: bytes) -> tuple[list[Instruction], int]:
 
 
 class Analysis:
-    """An execution of a law's code in parallel with the machine, which gives values and error bounds."""
+    """Executes a law's code as the machine does, and computes an error bound for every value."""
 
     def __init__(self, program: board.Program):
         """Store a program whose constants are not rounded."""
@@ -393,7 +393,10 @@ def _whole(towards):
 
 
 def _monotone(name, low=-math.inf, high=math.inf, at_low=None):
-    """Return the analysis of a function that is monotonic from low to high; elsewhere it gives NaN."""
+    """Return a function that gives value and error bound of a function of ``math``, monotonic in [low, high].
+
+    Outside this interval, the value is NaN.
+    """
     function = getattr(math, name)
 
     def bounded(a, e):

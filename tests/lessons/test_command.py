@@ -1,4 +1,4 @@
-"""The command ``lessons`` has list, new, check and play; and the reference page describes the files."""
+"""The commands ``lessons list``, ``new``, ``check`` and ``play``; the reference page describes the files."""
 
 import json
 import re
