@@ -202,7 +202,12 @@ def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, 
     path = tmp_path / "mine.hapkit"
     experiments.save_comparisons(path, Observer(), seed=1)
     own = experiments.own_threshold(path)
-    monkeypatch.setattr(accuracy, "of_needs", lambda _wanted, _progress, share: given.append(share))
+
+    def of_needs(_wanted, _progress, share):
+        given.append(share)
+        return Accuracy()
+
+    monkeypatch.setattr(accuracy, "of_needs", of_needs)
     part.show_result(Accuracy(needs=(made_up("wall"),)))
     part.open_own(str(path))
     qtbot.waitUntil(lambda: part.own is not None)
