@@ -27,7 +27,7 @@ class World:
         return tuple(vars(self).values())
 
     def acceleration(self, x, v):
-        """Return x'' at (x, v), with the contacts that are closed there."""
+        """Return x'' at (x, v), including the forces of all contacts that touch the mass at x."""
         depth, rate = self.side * (self.touch - x), self.side * (self.speed - v)
         push = self.contact * depth + self.pad * max(rate, 0.0) if depth > 0.0 else 0.0
         beyond = max(x - self.reach, 0.0) + min(x + self.reach, 0.0)

@@ -102,7 +102,7 @@ def test_the_growth_of_the_course_s_mass_agrees_with_its_table(method, case, sti
 @pytest.mark.parametrize("ratio", [0.0, 0.0291, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("method", [method for method in INTEGRATORS if method != "lecture"])
 def test_the_spectral_radius_is_that_of_one_rendered_step(method, ratio):
-    """The map's columns are the results of one step from (1, 0) and from (0, 1)."""
+    """The columns of a step's matrix are the results of one step from (x, v) = (1, 0) and from (0, 1)."""
     for step in (0.05, 0.7, 1.9, 2.4, 3.5):
         given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "dt": step, "seconds": step}
         columns = [hs.integrate(method, x0=x0, v0=1.0 - x0, **given)[1:] for x0 in (1.0, 0.0)]

@@ -1,4 +1,4 @@
-"""Bump and valley: work, symmetry, edges, stable and unstable points, and the misleading drawing."""
+"""Bump and valley: work, symmetry, edges, equilibria, and a drawing that may contradict the force."""
 
 import itertools
 

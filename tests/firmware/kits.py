@@ -34,7 +34,7 @@ def crc(data: bytes) -> int:
 
 
 def block(kit: Board, sequence: int = 1) -> bytes:
-    """Return the contents of one EEPROM slot: mark, number of the save, settings, CRC."""
+    """Return the contents of one EEPROM slot: mark, sequence number, settings, CRC."""
     body = struct.pack("BB", MARK, sequence) + kit.pack()[1:]
     return body + struct.pack(">H", crc(body))
 

@@ -160,7 +160,7 @@ def test_a_decision_that_is_pending_keeps_the_last_refusal_and_the_plan_in_force
     assert decision.in_force is in_force
     refused = setup.engine.decision(wait=True)
     assert (refused.where, refused.pending, refused.in_force) == ("computer", False, None)
-    setup.engine.set_loop(delay=0.001)  # setting the loop publishes the decision
+    setup.engine.set_loop(delay=0.001)  # with the loop's settings, the engine also publishes the decision
     setup.engine.set_environment("damping")
     decision = setup.engine.decision()
     assert (decision.where, decision.pending, decision.refusal) == ("computer", True, refused.refusal)

@@ -86,7 +86,7 @@ def test_a_bounce_off_a_sampled_wall_has_the_theoretical_energy(stiffness):
     assert (brought + np.mean(found)) / brought == pytest.approx(gain, rel=0.01)
 
 
-# --- dissipation that the counts prove
+# --- dissipation that follows from the sensor's counts
 
 
 def least_squares_of_speed(counts, quantum):

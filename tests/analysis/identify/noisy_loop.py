@@ -78,7 +78,7 @@ def recordings(
 
 
 def _kick(v, x, force, target, along, step, mass, held):
-    """Return the velocity after the forces of half a step; Coulomb friction never reverses it."""
+    """Return the velocity after all forces have acted for ``step``; Coulomb friction never reverses it."""
     push = force - HANDLE.viscous * v
     if held:
         push = push + GRIP.stiffness * (target - x) + GRIP.damping * (along - v)

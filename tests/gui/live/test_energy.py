@@ -97,7 +97,7 @@ def test_energy_stays_selected_for_another_environment_and_force_can_be_selected
 
 
 class Excess:
-    """An engine with an excess energy; 0.2 mJ are significant."""
+    """An engine with an excess energy; amounts below 0.2 mJ are not significant."""
 
     def __init__(self, joules):
         self.excess = joules, 0.2e-3
