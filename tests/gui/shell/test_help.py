@@ -3,9 +3,11 @@
 import re
 
 import pytest
-from PySide6.QtWidgets import QLabel
+from PySide6.QtGui import QTextFormat
+from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio import resources
+from hapkit_studio.gui.shell import help as help_pages
 from hapkit_studio.gui.shell import notices
 from hapkit_studio.gui.shell.window import TOUR
 from hapkit_studio.gui.widgets.glossary import WORDS
@@ -30,6 +32,21 @@ def test_every_page_opens_with_its_title_and_text(kept_idle_window, action, titl
     assert sheet.windowTitle() == title
     assert len(sheet.page.toPlainText()) > 1000
     assert title not in sheet.page.toPlainText().splitlines()[:2]
+
+
+@pytest.mark.parametrize("key", help_pages.PAGES)
+def test_no_line_of_code_is_wrapped_at_1280_by_720(qtbot, key):
+    shown = QWidget()
+    qtbot.addWidget(shown)
+    shown.resize(1280, 720)
+    dialog = help_pages.page_dialog(key, shown)
+    dialog.show()
+    block, wrapped = dialog.page.document().begin(), []
+    while block.isValid():
+        is_code = block.blockFormat().hasProperty(QTextFormat.Property.BlockCodeLanguage)
+        wrapped += [block.text()] * (is_code and block.layout().lineCount() > 1)
+        block = block.next()
+    assert wrapped == []
 
 
 def test_the_glossary_contains_every_term(kept_idle_window):
