@@ -27,7 +27,8 @@ WORDS = {
     ),
     "E-stop": ("Sets the force to zero at once. The force stays zero until you release the E-stop."),
     "Estimator": (
-        "The method that computes the speed from measured positions. A smoother estimate comes later."
+        "The method that computes the speed from measured positions. The smoother the estimate, the longer "
+        "its delay."
     ),
     "Fault": ("A safety check has failed, and the force is zero. It stays zero until you clear the fault."),
     "Grows": (
