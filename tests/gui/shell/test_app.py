@@ -89,6 +89,8 @@ def test_a_mistake_in_the_labs_file_is_shown_in_the_window_and_no_loop_starts(
     file.write_text("force_limit = 'two'\n", encoding="utf-8")
     monkeypatch.setattr(lab, "path", lambda: file)
     lab.settings.cache_clear()
+    compiled = []
+    monkeypatch.setattr(prepare, "begin", lambda *part: compiled.append(part))
     try:
         window = start_window("--device", "virtual-board")
         app.begin(window, window_parser().parse_args([]))
@@ -99,6 +101,7 @@ def test_a_mistake_in_the_labs_file_is_shown_in_the_window_and_no_loop_starts(
         assert not {"Try again", "Use simulated Hapkit"} & {words for words, _ in notice.buttons}
         assert window.studio.engine is None
         assert [entry.key for entry in window.studio.device.entries()] == ["simulated"]
+        assert compiled == []  # nothing delays the message
         window.studio.device.open_simulated()
         qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
         assert window.studio.engine is None
