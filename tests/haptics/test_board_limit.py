@@ -49,3 +49,9 @@ def test_the_board_has_less_delay_and_a_higher_limit():
     assert there < 0.5 * here
     limits = [board_limit.theory(0.0, "difference", 1000, delay) for delay in (here, there)]
     assert limits[1] > 1.3 * limits[0]
+
+
+def test_theory_includes_the_virtual_damping():
+    """The limit is about (b₀ + b) / (T/2 + delay): 1 N·s/m in addition to 0.5 N·s/m triples it."""
+    limits = [board_limit.theory(damping, "kalman", 1000, 0.66e-3) for damping in (0.0, 1.0)]
+    assert limits[1] / limits[0] == pytest.approx(3.0, rel=0.1)
