@@ -44,7 +44,7 @@ def test_the_chosen_failure_is_tried_on_both_sides_of_its_limit_and_exported(pag
     assert page.side.heading.text() == "A spring too stiff"
     assert "b<sub>h</sub>" in page.side.formula.text()
     assert spoken(page) == "A spring too stiff. Inside the limit the method works, outside the limit it fails"
-    assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   inside ✓ outside ✕"
+    assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m\ninside ✓   outside ✕"
     figure, numbers = page.exports()
     found = json.loads(json.dumps(numbers()))
     assert found["limit"] == 200.0
@@ -105,7 +105,7 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(p
     assert page.verdict.words.text() == "This value was not tried yet"
     assert not page.knob.isEnabled()
     measured(page, qtbot)
-    assert (page.knob.row.unit.text(), page.knob.inside.text()) == ("ms", "5 % inside")
+    assert (page.knob.row.unit.text(), page.knob.inside.text()) == ("ms", "5 % inside the limit")
     assert page.verdict.more.text().startswith("1.9 ms, 0.95 of the limit 2 ms.")
     assert not page.verdict.feel.isVisible()
     heard = []

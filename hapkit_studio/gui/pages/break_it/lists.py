@@ -67,7 +67,7 @@ class FailureList(QListWidget):
         title, known = record.failure.title, known_text(record, busy)
         shown = spoken = known
         if (inside, outside) != (None, None):
-            shown = f"{known}   inside {_SIGNS[inside]} outside {_SIGNS[outside]}"
+            shown = f"{known}\ninside {_SIGNS[inside]}   outside {_SIGNS[outside]}"
             spoken = f"Inside the limit the method {_SAID[inside]}, outside the limit it {_SAID[outside]}"
         item.setText(f"{title}\n{shown}")
         item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {spoken}")
