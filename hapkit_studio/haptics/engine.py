@@ -344,7 +344,8 @@ class Engine:
             return "No device is open." if self.device.has_board else no_board(self.device)
         if driver.planner is None:
             return driver.no_planner
-        if content.settings.max_force < self.device.max_force:
+        # a board reports its limit as a 32-bit number, which may exceed the same decimal number
+        if np.float32(content.settings.max_force) < np.float32(self.device.max_force):
             return "The force limit is lowered. Only the computer can apply a lower limit."
         request = self._request(content)
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)

@@ -91,7 +91,7 @@ class BoardSetup:
 
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
-        self.told = board.told
+        self.messages = board.messages
         self.seq = self.clock = 0  # ``clock`` in µs is added to the time stamps of the board
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 

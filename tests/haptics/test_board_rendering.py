@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments, lab
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, rows
@@ -252,6 +253,14 @@ def test_the_board_renders_only_if_the_labs_limit_is_not_below_its_own(
             setup.engine.set_where("board")
     assert setup.engine.decision(wait=True).where == renderer
     assert setup.engine.max_force == pytest.approx(min(share, 1.0) * KIT.max_force)
+
+
+def test_the_board_renders_if_the_labs_limit_is_its_own_before_rounding(rendering, monkeypatch):
+    rounded = float(np.float32(2.7))
+    assert rounded > 2.7
+    monkeypatch.setattr(HapkitBoard, "max_force", rounded)
+    monkeypatch.setattr(lab, "settings", lambda: lab.LabSettings(force_limit=2.7))
+    rendering().go()
 
 
 def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
