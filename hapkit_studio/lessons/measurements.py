@@ -118,7 +118,7 @@ def _delay(samples: Samples, region: Region) -> Measured:
     """Return the delay in s of a pure spring, from its identified damping −K(T/2 + delay)."""
     stiffness, damping = _identified("stiffness")(samples, None), _identified("damping")(samples, None)
     if not stiffness.value > 0.0:
-        raise NotMeasured("The delay is measured on a spring or a wall: set a stiffness.")
+        raise NotMeasured("The delay can be measured only on a spring or a wall. Set a stiffness above zero.")
     set_damping = samples.scene[1].get("damping", 0.0) if samples.scene else 0.0
     late = (set_damping - damping.value) / stiffness.value - 0.5 * samples.period
     return Measured(late, damping.half / stiffness.value)
@@ -133,7 +133,7 @@ def _slope(samples: Samples, region: Region) -> Measured:
         statistics.line(samples.position, -samples.applied_force, selected) if selected.sum() > 32 else None
     )
     if found is None:
-        raise NotMeasured("The force is constant: press, and change the depth.")
+        raise NotMeasured("The force did not change. Press into the surface and change the depth.")
     return Measured(found.slope, found.half)
 
 
@@ -165,7 +165,7 @@ def _restitution(samples: Samples, region: Region) -> Measured:
     before = _speed(samples.cut(slice(max(inside.start - count, 0), inside.start)))
     after = _speed(samples.cut(slice(inside.stop, inside.stop + count)))
     if abs(before.value) < 5.0 * before.half:
-        raise NotMeasured("You were too slow: hit the surface at 50 mm/s or faster.")
+        raise NotMeasured("You were too slow. Hit the surface at 50 mm/s or faster.")
     ratio = abs(after.value / before.value)
     return Measured(
         ratio, ratio * math.hypot(before.half / before.value, after.half / max(abs(after.value), 1e-6))
@@ -201,16 +201,20 @@ def _transient(index: int) -> Callable[[Samples, Region], Measured]:
         inside = _inside(samples)
         part = samples.cut(inside)
         if samples.scene is None or part.depth is None:
-            raise NotMeasured("Ringing is measured on a hard surface: choose this scene.")
+            raise NotMeasured(
+                "The ringing can be measured only in the scene Hard surface. Choose this scene."
+            )
         values = samples.scene[1]
         if "frequency" not in values:
-            raise NotMeasured("Ringing is measured on a hard surface: choose this scene.")
+            raise NotMeasured(
+                "The ringing can be measured only in the scene Hard surface. Choose this scene."
+            )
         since = part.time - part.time[0]
         rest = -part.force - values["stiffness"] * part.depth
         rest -= values["damping"] * np.maximum(part.velocity, 0.0)
         selected = (since < 0.2) & (np.abs(rest) < 0.98 * values["limit"])
         if selected.sum() < 20 or np.abs(rest[selected]).max() < 0.05:
-            raise NotMeasured("There is no ringing: tap the surface at 0.1 m/s.")
+            raise NotMeasured("There is no ringing. Hit the surface once, at 0.1 m/s.")
         time, force = since[selected], rest[selected]
         start = _strongest(time, force)
 
@@ -233,7 +237,7 @@ def _transient(index: int) -> Callable[[Samples, Region], Measured]:
                 best = left, Measured(abs(float(found[index])), half)
         if best is None or best[0] > 0.25 * float(np.sum(force**2)):
             raise NotMeasured(
-                "The force after the entry does not ring clearly: tap once, at 0.1 m/s, and stay."
+                "The ringing after the hit is not clear. Hit the surface once, at 0.1 m/s, and stay inside."
             )
         return best[1]
 
@@ -310,7 +314,7 @@ def _spatial_period(samples: Samples, region: Region) -> Measured:
     """Return the distance in m between ridges of the force."""
     reach = float(np.ptp(samples.position))
     if reach < 50.0 * samples.quantum:
-        raise NotMeasured("The handle hardly moves: stroke across the ridges.")
+        raise NotMeasured("The handle hardly moves. Stroke across the ridges.")
     order = np.argsort(samples.position, kind="stable")
     place, force = samples.position[order], samples.applied_force[order]
     even = np.linspace(place[0], place[-1], 2048)
@@ -369,7 +373,7 @@ def _mean(values: np.ndarray) -> Measured:
 def _clicks(samples: Samples, region: Region) -> Measured:
     """Return the number of clicks."""
     if samples.scene is None or not samples.scene[0].counts:
-        raise NotMeasured("This scene has no click: choose the button.")
+        raise NotMeasured("This scene has no click. Choose the scene Button.")
     counted = samples.count(samples.scene[0].counts[0])
     assert counted is not None  # environments with ``counts`` have the counts in their state
     return Measured(float(np.sum(np.diff(counted) > 0.0)))
@@ -471,7 +475,7 @@ def _friction_ratio(samples: Samples, region: Region) -> Measured:
         raise NotMeasured("Turn around slowly, so that the handle nearly stands still in between.")
     level = float(np.median(fast))
     if level == 0.0:
-        raise NotMeasured("No force was applied to the moving handle: choose a friction above zero.")
+        raise NotMeasured("The moving handle felt no force. Set a friction above zero.")
     value = float(slow.max()) / level
     # Samples within 20 ms of one another are not independent.
     return Measured(value, value * 1.96 * float(fast.std()) / level / math.sqrt(max(len(fast) / count, 1.0)))

@@ -105,7 +105,7 @@ def blank(handed: HandedIn, lesson: Lesson, reviewer: str) -> Review:
     """Return an empty review; raise ReviewError if the reviewer's name cannot be stored."""
     name = _checked(checked_text, " ".join(reviewer.split()), "The reviewer's name", _NAME)
     if not name:
-        raise ReviewError("A review needs the reviewer's name.")
+        raise ReviewError("Enter your name first: a review needs the reviewer's name.")
     rows = tuple(Row(one.text, one.points) for one in lesson.rubric)
     return Review(handed.path.name, answers_hash(handed), lesson.key, name, rows)
 
@@ -132,7 +132,7 @@ def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
     if path.exists() and not replace_file:
-        raise ReviewError(f"{path.name} exists already: choose another name.")
+        raise ReviewError(f"{path.name} exists already. Choose another name.")
     try:
         with replacing(path) as part:
             part.write_text(text, encoding="utf-8")
@@ -158,7 +158,7 @@ def reply(path: str | Path, text: str) -> Review:
     found = read(path)
     words = " ".join(text.split())
     if not words:
-        raise ReviewError("A reply needs a text.")
+        raise ReviewError("Enter the text of the reply first.")
     changed = replace(found, replies=(*found.replies, words))
     write(path, changed, replace_file=True)
     return changed
@@ -253,7 +253,7 @@ def reviews_of(handed: HandedIn) -> Reviews:
         if one.answers == answers:
             found[path] = one
         elif one.session == handed.path.name:
-            errors.append(f"{path.name} refers to other answers than those in {one.session}.")
+            errors.append(f"{path.name} belongs to other answers than those in {one.session}.")
         if len(found) >= MOST_REVIEWS:
             break
     return Reviews(found, tuple(errors))

@@ -83,7 +83,7 @@ def test_a_review_of_other_answers_is_noticed(handed, lesson):
     found = review.reviews_of(read(handed.path))
     assert found.found == {}
     (error,) = found.errors
-    assert "refers to other answers" in error
+    assert "belongs to other answers" in error
 
 
 def test_a_review_is_found_by_its_answers_if_the_file_was_renamed(handed, lesson):
@@ -98,7 +98,7 @@ def test_the_author_replies_in_the_reviews_file(handed, lesson):
     before = review.read(path)
     review.reply(path, "Thank you.\nI will.")
     assert review.read(path) == replace(before, replies=("Thank you. I will.",))
-    with pytest.raises(ReviewError, match="needs a text"):
+    with pytest.raises(ReviewError, match="text of the reply"):
         review.reply(path, " ")
 
 

@@ -315,7 +315,10 @@ Row = tuple[str, Needs | None]  # a row of the table: a scene's title, and its r
 
 
 def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
-    return f"{sense}: {typical}; most sensitive: {strict}. {source}."
+    return (
+        f"{sense}: most people notice {typical}. The most sensitive people notice: {strict}. Source: "
+        f"{source}."
+    )
 
 
 class NeedsPart(Part):

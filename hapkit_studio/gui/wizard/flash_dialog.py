@@ -22,7 +22,7 @@ PATIENCE = 5.0
 """s: maximum wait until the application's own loop has released the port."""
 _ABOUT = (
     "Writes the firmware to the board and verifies it. The calibration of the kit is kept. First "
-    "close other programs that use the port. During this the motor is off."
+    "close other programs that use the port. The motor is off while this is done."
 )
 
 

@@ -140,7 +140,7 @@ def test_changing_a_setting_removes_the_failure_and_a_refused_one_changes_nothin
     monkeypatch.setattr(type(studio.opened), "motor", True)
     studio.engine_changed.emit()
     assert not felt.verdict.feel.isEnabled()
-    assert "Only the simulated Hapkit" in felt.verdict.feel.toolTip()
+    assert "only with the simulated Hapkit" in felt.verdict.feel.toolTip()
     felt.feel_it()
     assert state(studio) == before
 

@@ -92,7 +92,7 @@ def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_use
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
     assert conditions["hand"] == "released"
     told = dict(page.conditions.pairs)
-    assert (told["Hand"], told["Push"]) == ("none: a constant push", "1 N")
+    assert (told["Hand"], told["Push"]) == ("none, only a constant push", "1 N")
     assert page.bar.export.isEnabled()
     assert window.studio.engine.values["stiffness"] == 321.0
     page._results.clear()
@@ -177,7 +177,7 @@ def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, win
     resize(qapp, window, (1280, 720))
     assert outside(page.chart) == cut_off(window) == []
     page.where.button(DEVICE).click()
-    assert page.answer.words.text().startswith("Measure how stiff a wall")
+    assert page.answer.words.text().startswith("Press Measure to find the stiffest wall")
     assert not page.bar.export.isEnabled()
     assert page.walls.points == ()
     assert not page.table.isVisible()

@@ -115,10 +115,10 @@ def test_settings_that_the_board_ignores_are_stated(board_window, qtbot):
     studio, note = board_window.studio, board_window.loop.where.note
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
     answered(board_window, qtbot)
-    for words in ("uses Kalman", "added delay", "passivity controller"):
+    for words in ("uses the Kalman filter", "added delay", "passivity controller"):
         assert words in note.text()
     beside = board_window.loop.controller_hint
-    assert "in the computer's loop only" in beside.text()
+    assert "not active while the board computes" in beside.text()
     assert not beside.isHidden()
     assert re.match(r"The law uses \d\d % of the board's processor\.", note.text())
     studio.set_loop(where="computer")

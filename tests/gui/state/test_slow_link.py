@@ -138,7 +138,7 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
     qtbot.waitUntil(late)
     assert window.banners.get("silence") is None
     assert "The delay is 3.50 ms" in window.stability.words.text()
-    assert "delays frames by up to 16 ms" in window.stability.words.text()
+    assert "delays each force by up to 16 ms" in window.stability.words.text()
     assert "latency_timer`" in window.stability.words.toolTip()
 
 
