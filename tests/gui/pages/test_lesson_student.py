@@ -91,7 +91,7 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     swing = [(0.0, 0), (0.5, 18), (1.5, -18), (2.5, 18), (3.0, 0)]
     student.drag(swing, student.correct("1.1"))
     student.let_go()
-    assert page.tasks["1.1"].words.text().startswith("Stiffness ")
+    assert page.tasks["1.1"].words.text().startswith("Stiffness: ")
 
     QTest.keyClick(window, Qt.Key.Key_Right, ALT)
     assert page.place.text() == "Step 2 of 3"

@@ -260,7 +260,7 @@ def test_an_invalid_lesson_shows_one_line_and_the_others_are_listed(page, home):
     assert "right" in page.rows
     assert "wrong" not in page.rows
     (line,) = page.library.errors
-    assert line.startswith("wrong.md, line 25: measure is one of")
+    assert line.startswith("wrong.md, line 25: measure must be one of")
     assert line in [part.text() for part in page.listed.findChildren(type(page.title))]
 
 
