@@ -25,7 +25,7 @@ Job = Callable[[Any], object]
 
 
 class BoardThread(QObject):
-    """Opens a board in a separate thread; ``run_job`` runs a job with the result of ``prepare``.
+    """Opens a board in a separate thread. ``run_job`` passes the result of ``prepare`` to a job.
 
     Signals are emitted in the window's thread. ``refused``: a job ended without a result, and the board is
     still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` is
@@ -53,7 +53,7 @@ class BoardThread(QObject):
         self._reports: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._timer = QTimer(self, interval=POLL_MS)
         self._timer.timeout.connect(self._read_reports)
-        self.destroyed.connect(self._quit.set)  # the thread ends together with its owner
+        self.destroyed.connect(self._quit.set)  # end the thread when its owner is destroyed
         self._worker = Worker("wizard")
         self._running: Future[None] | None = None  # from opening the board until it is closed
 
@@ -110,7 +110,7 @@ class BoardThread(QObject):
 
     @property
     def has_hand(self) -> bool:
-        """Return True if the window moves the board's hand, which is possible on the virtual board."""
+        """Return True if the board has a simulated hand that the window can move (virtual board only)."""
         return self.runner is not None and bool(self.runner.board.simulated_hand)
 
     def move_hand(self, place: float | None) -> None:
@@ -152,7 +152,7 @@ class BoardThread(QObject):
     def _open(self) -> BoardRunner:
         """Wait until the loop has released the port, and return an open board.
 
-        Raise DeviceError on failure.
+        Raise DeviceError if the board cannot be opened.
         """
         deadline = time.monotonic() + BUSY_SECONDS
         while True:

@@ -77,7 +77,7 @@ class FlashDialog(FormDialog):
         self.job.start(work)
 
     def use(self, program: str) -> None:
-        """Use the avrdude that the user has chosen."""
+        """Use the avrdude program at the path that the user has chosen."""
         self._program = program
         self._find()
 

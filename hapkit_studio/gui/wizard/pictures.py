@@ -234,7 +234,10 @@ class SensorPlot(RecentPlot):
         self.set_scale((0, 512, 1023))
 
     def show_readings(self, time: np.ndarray, raw: np.ndarray, bottom: int, top: int) -> None:
-        """Show readings (n,) over board times (n,) in s, and the limits of the scale."""
+        """Show readings (n,) over board times (n,) in s.
+
+        ``bottom`` and ``top`` are the limits of the vertical axis.
+        """
         self.set_scale((bottom, round(0.5 * (bottom + top)), top))
         self.show_values(time, raw)
         for line, word, value in zip(self.lines, ("lowest", "highest"), (raw.min(), raw.max()), strict=True):

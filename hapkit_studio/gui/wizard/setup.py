@@ -127,7 +127,10 @@ class SetupDialog(BoardDialog):
         self.pages.restart()
 
     def notes(self) -> Notes:
-        """Return for every step except the last whether it is done, and its result or assumption."""
+        """Return notes for every step except the last, by the step's name.
+
+        A note states whether the step is done, and describes its result or the assumption that replaces it.
+        """
         return {
             step.name: (step.result is not None, step.result.text if step.result else step.if_skipped)
             for step in self.steps[:-1]

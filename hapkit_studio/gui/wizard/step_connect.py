@@ -1,4 +1,4 @@
-"""The step Connect: USB only, and the kind of kit."""
+"""The step Connect: the user connects only the USB cable, and chooses the kit."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox
@@ -14,7 +14,10 @@ from hapkit_studio.protocol.messages import Origin
 
 
 class ConnectStep(StepPage):
-    """The user connects USB only, and chooses the kit; if skipped, the board's settings do not change."""
+    """The user connects only the USB cable, and chooses the kit.
+
+    If the step is skipped, the board's settings do not change.
+    """
 
     padding_chosen = Signal(int)
     name = "Connect"

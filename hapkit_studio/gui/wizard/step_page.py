@@ -150,7 +150,10 @@ class StepPage(QWizardPage):
     def job_button(
         self, words: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
     ) -> QPushButton:
-        """Return a button that runs a job without typed input; ``options`` are those of ``button``."""
+        """Return a button that runs a job which needs no typed input.
+
+        ``options`` are passed to ``button``.
+        """
         return self.button(words, lambda: self.run_job(says, job, after), **options)
 
     def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:

@@ -1,4 +1,4 @@
-"""The step Save: it shows the changes, asks for the kit's name, and saves all on the board and on disk."""
+"""The step Save: it shows the changes, asks for the kit's name, and saves them on the board and on disk."""
 
 import math
 from collections.abc import Callable
@@ -79,7 +79,7 @@ class SaveStep(StepPage):
         self.keep = self.button("Keep the changes", self.keep_everything)
         self.foot.insertWidget(
             0, self.confirm
-        )  # The box is outside the scroll area, so that it stays visible even if the table is long.
+        )  # The check box is outside the scroll area, so that it is visible even if the table is long.
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(1, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()
@@ -152,7 +152,7 @@ class SaveStep(StepPage):
         )
 
     def _next_start(self) -> str:
-        """Describe where the handle must be when the board is switched on, so that its zero is correct."""
+        """Describe where the handle must be when the board is switched on, for a correct zero."""
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return (

@@ -1,4 +1,4 @@
-"""The step Scale: the user holds the handle at marks, which give zero and scale; the radii are a check."""
+"""The step Scale: the user holds the handle at marks, which give zero and scale. Typed radii are a check."""
 
 from PySide6.QtWidgets import QLabel
 
@@ -122,7 +122,7 @@ class ScaleStep(StepPage):
         self.finish(result)
 
     def _scale_usable(self) -> bool:
-        """Return True if all marks are taken and agree with each other and with the step Sensor."""
+        """Return True if all marks are taken, and agree with each other and the result of step Sensor."""
         found = self.calibration.scale if self.calibration is not None else None
         return len(self._marks) >= len(PLACES) and found is not None and found.result.level != FAIL
 

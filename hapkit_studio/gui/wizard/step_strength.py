@@ -1,4 +1,4 @@
-"""The step Strength: the motor constant follows from weights, a kitchen scale, or two springs."""
+"""The step Strength: the motor constant is measured with weights, a kitchen scale, or two springs."""
 
 import threading
 
@@ -48,7 +48,7 @@ _SPRINGS = (
 class StrengthStep(StepPage):
     """This step is complete once a motor constant was measured.
 
-    If skipped, the profile's constant is used.
+    If the step is skipped, the constant of the kit's profile is used.
     """
 
     name = "Strength"
