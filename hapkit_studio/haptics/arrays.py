@@ -11,7 +11,8 @@ from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
-# number of cells on each side of the start in which the passivity observer can store the work of the law
+# number of position cells on each side of the start; the passivity observer stores the law's work for each
+# cell
 CELLS = 640
 
 # the tick's private state: forces in N, positions in m, times in s
@@ -66,9 +67,10 @@ WATCH = record(
     ("speed", "f8"),  # mean velocity over the last count, m/s
     ("start", "f8"),  # position at which the observer started
     ("ends", "f8", 2),  # force in N in the outermost known cell on the left and on the right
-    # State of the straightest motion that agrees with all counts. turn: position of its last reversal.
-    # lasted: time since then. before, squares: integral of v² in m²/s up to the reversal and up to now.
-    # least, greatest: limits of the velocity since the reversal, each with its time.
+    # State of the straightest motion, which has the smallest integral of v² of all motions through the same
+    # sensor counts. turn: position of its last reversal. lasted: time since then. before, squares: integral
+    # of v² in m²/s up to the reversal and up to now. least, greatest: limits of the velocity since the
+    # reversal, each with its time.
     ("turn", "f8"),
     ("lasted", "f8"),
     ("before", "f8"),

@@ -42,7 +42,7 @@ SETTINGS = record(
     ("hand_on", "i8"),
     # address of the function that returns the energy stored in virtual objects; 0 if there is none
     ("stored", "i8"),
-    ("releases", "i8"),  # how often the simulated handle was released at rest
+    ("releases", "i8"),  # how often the simulated handle was released with its speed set to zero
     # digest of the board's law, rate and estimator, without constants; 0 if the computer renders
     ("code_id", "i8"),
     ("program_id", "i8"),  # digest of the law's bytes, including the constants

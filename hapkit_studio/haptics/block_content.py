@@ -24,12 +24,12 @@ class BlockContent:
     """The content of the parameter block, by name.
 
     ``settings.mass`` and ``settings.viscous`` are the values that the passivity observer assumes. ``viscous``
-    and ``coulomb`` are the friction of a simulated device; they are 0 for a board, whose friction is real.
-    If ``true_velocity`` is true, the law gets the paddle's true velocity. ``designed_for`` is the sensor
-    quantum in m that the estimator assumes; None means settings.quantum. ``target`` is the hand's target
-    position in m; it is None after a release. ``releases`` is the number of times that a simulated handle was
-    released at rest. ``decision`` states whether the computer or the board renders, and has the board's plan
-    in force.
+    and ``coulomb`` are the friction of a simulated device; they are 0 for a board, whose friction is real. If
+    ``true_velocity`` is true, the law gets the paddle's true velocity. ``designed_for`` is the sensor quantum
+    in m that the estimator assumes; None means settings.quantum. ``target`` is the hand's target position in
+    m; it is None after a release. ``releases`` is the number of times that a simulated handle was released
+    with its speed set to zero. ``decision`` states whether the computer or the board renders, and has the
+    board's plan in force.
     """
 
     environment: Environment

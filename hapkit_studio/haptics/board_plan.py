@@ -33,7 +33,7 @@ _SHARE = 0.8  # largest fraction of the board's processor that a law may typical
 _CACHE_SIZE = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
-INSTEAD = "kalman"  # estimator that replaces an estimator that the board does not have
+INSTEAD = "kalman"  # estimator that a board uses if it does not have the chosen one
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,10 @@ class BoardPlanner:
         return self._answers.get(request.key)
 
     def plan(self, request: PlanRequest) -> BoardPlan | str:
-        """Return the plan for a request, or the reason in one line; compiling a law takes about 0.1 s."""
+        """Return the plan for a request, or one line that says why there is none.
+
+        Compiling a law takes about 0.1 s.
+        """
         found = self.known(request)
         return self.store(request, self._work_out(request)) if found is None else found
 
@@ -244,7 +247,10 @@ def frames(rate: float) -> float:
 
 
 def fits(program: "Program", rate: float) -> bool:
-    """Return True if a law fits at a rate in Hz: its typical load is allowed, and its longest call fits."""
+    """Return True if a law fits at a rate in Hz.
+
+    Its typical load must be permitted, and its longest call must fit into the period.
+    """
     return share(program, rate) <= _SHARE and rate * (program.most + REST_AT_MOST) <= CLOCK
 
 
@@ -301,7 +307,7 @@ def configure_link(line: Link, settings: Settings, pwm_top: int) -> None:
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:
-    """Return the force in N at the handle for each duty from 0 to ``top``, (top + 1,), by the motor map."""
+    """Return the force in N at the handle for each motor duty from 0 to ``top``, shape (top + 1,)."""
     share = np.clip((np.arange(top + 1) - kit.dead_band) / (top - kit.dead_band), 0.0, 1.0)
     if kit.motor_map == MotorMap.SQUARE:
         torque = share**2

@@ -156,7 +156,8 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
 def latch_reported_faults(r: LoopArrays, state: Record, board_flags: int, now: float) -> None:
     """Latch over-speed and non-finite forces, unless a command to clear them was just sent to the board.
 
-    After a jump of the sensor the board resets its estimate; the speed is then computed from the positions.
+    After a jump of the sensor the board resets its velocity estimate; the speed is then computed from the
+    positions.
     """
     speed, position = r.tick.velocity, r.tick.last_position
     if now < state.excused:
@@ -211,8 +212,8 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Start the handover at zero force; send zero and direction first if the user has changed them.
 
-    In the board's settings, the zero is a count of the sensor itself, without the sign of the direction. The
-    force has this sign.
+    In the board's settings, the zero is a raw sensor count, which does not depend on the direction. The sign
+    of the force does depend on the direction.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1
@@ -282,7 +283,7 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
 
 @internal
 def next_generation(conn: Link, k: int) -> int:
-    """Return a generation from 1 to 255 that differs from those of the last law and of the board's law."""
+    """Return a generation number from 1 to 255 that neither the last law nor the board's law has."""
     state, accepted = conn.state, int(conn.samples[k, codec.GENERATION])
     generation = state.generation
     for _ in range(3):
@@ -337,14 +338,14 @@ def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def return_to_computer(conn: Link) -> None:
-    """Start to return the rendering to the computer."""
+    """Start the handover from the board to the computer."""
     conn.state.handover = link.RETURNING
     conn.state.requested_at = -link.REPEAT_AFTER
 
 
 @internal
 def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Encode Leave, and repeat it until the telemetry stops."""
+    """Encode the message Leave, and repeat it until the board sends no more telemetry."""
     state = conn.state
     if now - state.requested_at < link.REPEAT_AFTER:
         return send_now_and_then(conn, k, frame, law_frames.ALIVE)

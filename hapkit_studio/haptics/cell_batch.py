@@ -18,13 +18,13 @@ from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
 
 # Each run is divided into parts of equal duration. For each part, the lowest and highest true position in m
-# are stored, and the sum over its samples of a^2 + (w v)^2 in m2/s4, which is constant for an oscillation at
-# the angular frequency w.
+# are stored, and the sum over its samples of a^2 + (w v)^2 in m2/s4 (acceleration a, velocity v). This term
+# is constant during an oscillation at the angular frequency w.
 PARTS = 12
 LOW, HIGH, POWER = range(3)
 # how a run ended
 COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT, STEADY = range(5)
-# largest relative difference in reach between parts of a steady motion
+# largest relative difference between the position ranges of the parts of a steady motion
 _STEADY_SHARE = 0.01
 
 
@@ -41,7 +41,7 @@ class Limits(NamedTuple):
     """Conditions that end a run early."""
 
     far: float  # m: the handle has left if |x| exceeds this value or is not finite
-    still: int  # samples: the handle rests for good if it has not moved for this long
+    still: int  # samples: the handle has come to rest if it has not moved for this number of samples
     faint: float  # m: the motion has died out if it stays within this range for a whole part
     small: float  # m: a steady motion of at most this size needs no further samples
 
@@ -80,7 +80,7 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
 
 @inlined
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
-    """Return how a run ends after a complete part; COMPLETED if the run continues.
+    """Return the reason to end a run early after a part, or COMPLETED if there is no reason.
 
     The motion is steady if its range is the same in the last three parts and is at most ``small``.
     """

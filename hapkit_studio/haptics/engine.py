@@ -242,9 +242,10 @@ class Engine:
             self._apply_hand()
 
     def limit_force(self, newtons: float) -> None:
-        """Limit the force to a value in N below the highest limit.
+        """Limit the force to a value in N, which may not exceed the highest permitted limit.
 
-        Raise ParameterError for a value outside this range, and DeviceError if the lab's limit is unknown.
+        Raise ParameterError for a value that is too high or not positive, and DeviceError if the lab's limit
+        is unknown.
         """
         most = self._highest_limit()
         if not 0.0 < newtons <= most:
@@ -338,7 +339,10 @@ class Engine:
         )
 
     def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
-        """Return the board's plan for a content, or the reason why there is no plan; None if unknown."""
+        """Return the board's plan for a block's content, or the reason why there is none.
+
+        Return None if it is not known yet.
+        """
         driver = self.driver
         if driver is None:
             return "No device is open." if self.device.has_board else no_board(self.device)
@@ -370,7 +374,10 @@ class Engine:
                 self._content.decision = self._decide(self._content, self._content.decision)
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
-        """Return the recently measured delay in s of one renderer; None if it is not measured yet."""
+        """Return the recently measured delay in s of the computer or the board.
+
+        Return None if it is not measured yet.
+        """
         if self.driver is None:
             return None
         which = delays.OF_BOARD if where == BOARD else delays.OF_COMPUTER
@@ -395,7 +402,7 @@ class Engine:
         )  # fmt: skip
 
     def missed_of(self, where: str) -> int:
-        """Return the missed ticks of one renderer: late answers, or ticks that the board skipped."""
+        """Return the number of late answers of the computer, or of ticks that the board skipped."""
         skipped = 0 if self.driver is None else int(self.driver.conn.state.skipped)
         return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
@@ -469,7 +476,7 @@ class Engine:
 
     @property
     def excess(self) -> tuple[float, float]:
-        """Return the energy in J given beyond the limit, and the threshold in J from which it is felt."""
+        """Return the energy in J given beyond the limit, and the threshold in J for feeling it."""
         watch, quantum = self.arrays.watch, float(self.arrays.settings.quantum)
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
         return float(watch.alarm.excess), felt

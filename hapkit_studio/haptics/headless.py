@@ -113,7 +113,7 @@ class Scene:
     designed_for: float | None = None
 
     def prepare(self) -> tuple[LoopArrays, Plant]:
-        """Return the loop's arrays with the final parameters, and the device at its initial state."""
+        """Return the loop's arrays, with parameters that do not ramp, and the device in its initial state."""
         device = self.device
         settings = replace(
             self.loop, mass=device.mass, viscous=device.viscous, coulomb=device.coulomb_force,

@@ -158,7 +158,7 @@ class Fault:
 
 
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
-    """Return the description of a latched fault from the loop's values, or None.
+    """Return the description of a latched fault, with values from the loop; None without a fault.
 
     ``law`` is the law's name.
     """

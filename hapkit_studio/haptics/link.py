@@ -1,9 +1,9 @@
 """One serial connection in a loop: frames in, rows and answers out, for both serial drivers.
 
-The first telemetry of a law shows that the board renders now, and the first sample shows that the computer
-renders again. The handover happens at zero force. In a handover to the board, the computer's force fades out.
-Then the computer sends zero and direction as set by the user, and then the law. Finally the board fades its
-force in.
+A board sends telemetry while it renders, and samples while the computer renders. The first frame of the other
+kind therefore shows that the handover is complete. The handover happens at zero force. In a handover to the
+board, the computer's force fades out. Then the computer sends zero and direction as set by the user, and then
+the law. Finally the board fades its force in.
 """
 
 import math
@@ -40,13 +40,13 @@ STATE = record(
     ("tuned_at", "f8"),  # time at which constants were last sent
     ("alive_at", "f8"),  # time of the last keep-alive message
     ("faded_at", "f8"),  # time at which the board's fade ends
-    ("excused", "f8"),  # time before which faults that the board reports are old
+    ("excused", "f8"),  # faults that the board reports before this time are old and are ignored
     ("first", "f8"),  # coefficients of the board's velocity estimator
     ("second", "f8"),
     ("seen_speed", "f8"),  # speed from consecutive positions in telemetry
     ("round_trip", "f8"),  # last measured time from a sample to its force, without added delay
     ("too_long_since", "f8"),
-    ("watchdog", "f8"),  # time without a force after which the board switches off
+    ("watchdog", "f8"),  # time without a force after which the board switches its motor off
     ("motor_off_time", "f8"),  # time for which the motor has been off although the board was answered
     ("clock_shift", "f8"),  # correction of the board's clock for its jumps
     ("clock_last", "f8"),  # last corrected board time, and its arrival by the computer's clock
@@ -76,7 +76,7 @@ STATE = record(
     ("errors_reported", "i8"),
     ("skipped", "i8"),  # number of ticks that the board has skipped since it was opened
     ("motor_seen_on", "i8"),  # nonzero after a force of the computer has switched the motor on
-    ("left_out", "i8"),  # nonzero if samples since the last row have no row
+    ("left_out", "i8"),  # nonzero if samples that came after the last row were not written to rows
     ("last_was_sample", "i8"),  # nonzero if the last frame was a sample, which the computer's tick renders
     ("answered", "i8"),  # number of the sample that the last force answered
     ("too_long", "i8"),  # number of consecutive answers that took longer than the board's watchdog time
@@ -95,7 +95,8 @@ MOST_ADDED = 255
 # streams, or it hangs.
 GONE_AFTER = 1.0
 MOTOR_ON_WITHIN = 0.3  # s: time after which a board that receives answers has certainly switched its motor on
-# after this many consecutive late answers that span this time in s, the computer cannot render
+# The computer is too slow to render after this number of consecutive late answers, if they span this time in
+# s.
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
 REPEAT_AFTER = 0.1  # s: time after which a message that had no effect is repeated
 # s: the board's clock may run ahead of the computer's clock by this time between two frames
@@ -277,7 +278,9 @@ def added_periods(r: LoopArrays) -> int:
 
 @compiled
 def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return True if no frame was answered for STALE_AFTER; after the first sample, mark the sensor stale.
+    """Return True if no frame was answered for STALE_AFTER.
+
+    In this case mark the sensor stale, unless no sample has been rendered yet.
 
     The board's motor is off after this time. A wait never takes much longer than STALE_AFTER.
     """
@@ -317,8 +320,8 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
 def watch_motor(r: LoopArrays, link: Link, flags: int, now: float) -> None:
     """Treat the sensor as stale if the board switched its motor off although the computer had answered.
 
-    The motor may be off until the first answer arrives, and after an E-stop and its release, but only for
-    MOTOR_ON_WITHIN.
+    The motor may be off for up to MOTOR_ON_WITHIN: before the first answer arrives, and after the release of
+    an E-stop.
     """
     state = link.state
     if flags & codec.FLAG_STOPPED or state.handover != ON_COMPUTER:
@@ -338,9 +341,9 @@ def watch_motor(r: LoopArrays, link: Link, flags: int, now: float) -> None:
 def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
     """Correct a sample's board time after the board's clock jumped back, stopped or jumped ahead.
 
-    The clock jumped ahead if it advanced by more than the period of the samples that were sent and by more
-    than the computer's clock. The corrected time advances by the periods of the samples. The force is zero as
-    after a gap, because the board may have restarted.
+    The clock jumped ahead if it advanced by more than the total period of the samples that the board sent,
+    and also by more than the computer's clock. The corrected time advances by the periods of the samples. The
+    force is zero as after a gap, because the board may have restarted.
     """
     state = link.state
     time, elapsed = sample[codec.BOARD_TIME] + state.clock_shift, now - state.clock_at

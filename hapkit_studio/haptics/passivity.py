@@ -48,9 +48,9 @@ A_METRE = 1.0 / CELL
 MOST_PASSES, PASSES_A_TICK = 250, 2000
 # largest fraction of a period, in a live loop, for the loop's call of the law and the observer's calls
 MOST_SHARE = 0.5
-# Largest damping of the controller, as a fraction of mass over period plus delay. Without a spring the limit
-# is 1.3 in theory; in simulation it is 2.0, or 0.83 with a delay of a period. With a stiff spring and a delay
-# it is at most 0.42.
+# Largest damping of the controller, as a fraction of mass / (period + delay). Without a spring the stability
+# limit is 1.3 in theory; in simulation it is 2.0, or 0.83 with a delay of a period. With a stiff spring and a
+# delay it is at most 0.42.
 SAFE = 0.25
 # largest force that a controller adds, as a fraction of the device's largest force
 SHARE = 0.5
@@ -101,7 +101,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
 
 @inlined
 def unknown_work(r: LoopArrays, effect: float) -> float:
-    """Return the largest possible work in J of a change to a mean force in N, beyond the mean's work.
+    """Return the largest work in J that a change of the force can do beyond the work of the mean force.
 
     If the force changes by dF at a fraction d of a period, a free handle gets d (1 - d) T² / 2m dF ((1/2 - d)
     dF - b v) more, plus a term in F² that averages out. The maxima of the two terms over d are 1/24 and 1/8.
@@ -300,7 +300,10 @@ def lift(w: Record, work: float) -> None:
 
 @internal
 def begin(r: LoopArrays, position: float, period: float) -> None:
-    """Start the observer here: no energy is given, no cell is known, and the limit is the stored energy."""
+    """Start the observer at this position, with no known cells and no given energy.
+
+    The limit is the stored energy.
+    """
     w = r.watch
     w.opaque = 0
     w.given = w.alarm.limit = w.alarm.excess = w.strict.limit = w.strict.excess = w.most = 0.0

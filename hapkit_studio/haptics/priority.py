@@ -60,7 +60,7 @@ def _macos_thread(library: Any) -> int:
 
 
 def windows_obtain(library: Any = None) -> tuple[str, int]:
-    """Join the task "Pro Audio" at critical priority; return a description and the level, or level 0."""
+    """Join the task "Pro Audio" at critical priority; return a description and the level (0: refused)."""
     library = _avrt(library)
     index = ctypes.c_uint32(0)
     handle = library.AvSetMmThreadCharacteristicsW("Pro Audio", ctypes.byref(index))
@@ -101,7 +101,7 @@ class System(NamedTuple):
     release: Callable[[], None]
     demote: Callable[[], None]
     how_to_get_more: str
-    enough: int = 1  # level from which on no higher priority exists
+    enough: int = 1  # at this level or a higher one, no more priority can be granted
     # by default, the system does not withdraw the priority during the thread's life
     is_realtime: Callable[[int], bool] = lambda thread: True
 
@@ -157,7 +157,7 @@ def current(obtained: Priority, thread: int) -> Priority:
 
 
 def probe() -> Priority:
-    """Return the priority that a loop started now would obtain, determined in a separate thread."""
+    """Return the priority that a loop would obtain if it started now; a separate thread tries this."""
     with Worker("hapkit-priority") as worker:
         found = worker.submit(obtain).result()
         worker.submit(release)

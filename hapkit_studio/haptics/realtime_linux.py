@@ -103,7 +103,7 @@ _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.fr
 
 
 def obtain() -> tuple[str, int]:
-    """Raise the calling thread's priority as far as allowed; return a description and the level, or level 0.
+    """Raise the calling thread's priority as far as allowed; return a description and the level (0: refused).
 
     Compile everything first, because the thread loses its priority after 100 ms without blocking.
     """
@@ -139,7 +139,7 @@ def demote() -> None:
 
 
 def set_timer_slack(nanoseconds: int) -> None:
-    """Set by how much the kernel may delay the end of the calling thread's sleeps; 0 is the default."""
+    """Set by how much the kernel may delay the end of the calling thread's sleeps; 0 restores the default."""
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 

@@ -5,7 +5,7 @@ ports are not file descriptors, use the same functions. These write the answer t
 ``frame`` and return its length.
 
 A hang-up, an error or the end of the line (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a
-latched fault. So does a board that stops sending, because a restarted board no longer streams.
+latched fault. The loop also ends if the board stops sending, because a restarted board no longer streams.
 """
 
 import contextlib
@@ -223,7 +223,7 @@ def wait_if_too_slow(r: LoopArrays, before: float, hurried: int) -> int:
 
 @compiled
 def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None:
-    """Occupy the calling thread until told to quit or the line ends; always send zero force last."""
+    """Run the loop in the calling thread until it must quit or the line ends; always send zero force last."""
     adopt(r, 0.0)
     conn.state.last_answer = clock.now()
     hurried = 0

@@ -1,4 +1,4 @@
-"""Release a scene's handle, at rest or with a speed: does it settle, and if not, how does it oscillate?
+"""Simulate the release of a scene's handle, at rest or with a speed, and classify the motion that follows.
 
 The run is evaluated in windows of a given number of samples, and ends as soon as the outcome is known. Every
 sample is equal to the batch engine's sample, bit for bit.

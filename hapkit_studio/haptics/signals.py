@@ -1,7 +1,8 @@
 """The signals: every quantity that a tick writes into its row is declared once.
 
 This table defines the name, unit, scale and storage format for rows, session files, exported tables, plots,
-cursors and the trigger. It has the order of the row's columns; the law's state variables follow them.
+cursors and the trigger. Its entries are in the order of the row's columns. In a row, the law's state
+variables follow these columns.
 """
 
 from dataclasses import dataclass

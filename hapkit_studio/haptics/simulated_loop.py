@@ -114,7 +114,7 @@ def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
 
 @internal
 def lead(plant: Plant, pointer: float) -> tuple[float, float]:
-    """Move the hand's target towards the pointer in m; return the target now and after a period."""
+    """Move the hand's target towards the pointer in m; return the target now and one period later."""
     now = plant.constants
     target, most = now[TARGET], now[TOP_SPEED] * now[PERIOD]
     step = (pointer - target) * -math.expm1(-now[PERIOD] / POINTER_SECONDS)

@@ -280,7 +280,7 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
 
 @internal
 def recover(r: LoopArrays, period: float) -> None:
-    """Count consecutive good frames after a gap; after RECOVER_AFTER the force fades in again."""
+    """Add up the time with good frames after a gap; after RECOVER_AFTER the force fades in again."""
     t = r.tick
     t.good += min(period, r.settings.period)
     if t.good >= RECOVER_AFTER:
@@ -289,7 +289,7 @@ def recover(r: LoopArrays, period: float) -> None:
 
 @internal
 def blocked(r: LoopArrays, period: float) -> int:
-    """Return the flags that force zero now: E-stop, fault, stale sensor, start-up after connecting."""
+    """Return the row flags of the reasons for zero force: E-stop, fault, stale sensor, start-up phase."""
     flags = 0
     if load_acquire(r.control.stop, 0):
         flags |= rows.STOPPED
