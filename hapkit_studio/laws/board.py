@@ -1,4 +1,7 @@
-"""A law as machine code for the board: specialised, assigned to slots, and timed before it is sent."""
+"""A law as code for the board's virtual machine.
+
+The law is specialised, its variables are assigned to slots, and its cycles are counted before it is sent.
+"""
 
 import math
 import struct
@@ -185,7 +188,7 @@ class _Section:
     def __init__(self, function: t.Function | None, body: list[t.Statement] | None = None):
         self.function = function
         self.code: list[Code] = []
-        self.counter = 0  # number of loop counters used here or in callees
+        self.counter = 0  # number of loop counters used in this section or in its callees
         self.depth = 0  # call depth below this section
         self.places: dict[str, int] = {}
         self.base = self.top = 0
@@ -436,7 +439,7 @@ class _Section:
         self.code = [c for c in self.code if c.name != "LABEL" or c.operands[0] in aims]
 
     def _drop_dead(self) -> None:
-        """Dead-store elimination."""
+        """Remove stores of values that are never read (dead-store elimination)."""
         live, remaining = self.live(), []
         for i, code in enumerate(self.code):
             if code.name == "STORE" and not live[i + 1] & self.bit(code.operands[0]):
@@ -585,7 +588,7 @@ def _jumps_to_next(codes: Sequence[Code], at: int) -> bool:
 
 
 def _lay_out(sections: Sequence[_Section]) -> None:
-    """Assign slots after the constants to local variables.
+    """Assign slots to local variables; these slots come after those of the constants.
 
     Variables that are live at the same time do not share a slot.
 

@@ -31,7 +31,7 @@ class CompiledLaw:
 
 
 class Law:
-    """A force law: a function ``(p, s, x, v, dt) -> N`` and the initial values of its state."""
+    """A force law: a function ``(p, s, x, v, dt)`` that returns a force in N, and its initial state."""
 
     def __init__(self, function: Callable, state: Mapping[str, StateValue] | None = None):
         self.function = function
@@ -97,7 +97,7 @@ class Law:
         return self._compiled
 
     def is_compiled(self) -> bool:
-        """Return True if ``compiled`` only loads machine code, in milliseconds instead of seconds."""
+        """Return True if ``compiled`` needs only to load machine code, which takes milliseconds."""
         if self._compiled is not None:
             return True
         return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
@@ -127,7 +127,7 @@ class Law:
 class _Option(float):
     """An option of a choice.
 
-    It equals the option's name; in a helper function it equals the option's index.
+    It compares equal to the option's name, and in a helper function to the option's index.
     """
 
     def __new__(cls, value: float, choice: Choice):

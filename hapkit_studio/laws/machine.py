@@ -1,11 +1,11 @@
 """The board's virtual machine: operations, encoding and cycle counts.
 
-A law on the board is a table of float32 slots and code for an accumulator A, which starts as the position.
-Slot 0 is the position and slot 1 the velocity. Then come the law's state, constants, tables and temporaries.
-Each instruction is an opcode byte followed by its operands. Slots take one byte. Jump distances take one or
-two bytes (little endian) and are counted from the end of the instruction. The code is a sequence of sections.
-Each section begins with SUBROUTINE; the last one begins with MAIN. A section ends with RETURN or with a jump,
-so that control never runs into the next section. It may call earlier sections.
+A law on the board is a table of float32 slots and code that works on an accumulator A. At the start, A
+contains the position. Slot 0 is the position and slot 1 the velocity. Then come the law's state, constants,
+tables and temporaries. Each instruction is an opcode byte followed by its operands. Slots take one byte. Jump
+distances take one or two bytes (little endian) and are counted from the end of the instruction. The code is a
+sequence of sections. Each section begins with SUBROUTINE; the last one begins with MAIN. A section ends with
+RETURN or with a jump, so that control never runs into the next section. It may call earlier sections.
 
 Denormals (below 2^-126) count as 0 in the operands and results of arithmetic. On division, //, % or fmod by
 0, and on an index outside its table, the law ends at once with NaN.
@@ -208,7 +208,9 @@ _FUNCTIONS: dict[str, Callable] = {
 
 @lru_cache(maxsize=256)
 def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-    """Return the mean cycles per call for the motion with the highest mean, and each instruction's mean use.
+    """Return the mean cycles per call, and how often each instruction is executed per call.
+
+    Both are those of the test motion with the highest mean.
 
     The arithmetic is double precision, and undefined values count as 0, because only the path matters.
     """

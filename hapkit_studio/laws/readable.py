@@ -247,7 +247,7 @@ def _state_read(value: object) -> Counter[str]:
 
 
 def _drop_unread_state(statements: list[t.Statement]) -> None:
-    """Remove assignments to states that only a drawing uses."""
+    """Remove assignments to states that the law itself never reads, because only a drawing uses them."""
     read = _state_read(statements)
     sets = [n for n in t.walk(statements) if isinstance(n, t.Assign) and n.to.startswith("s[")]
     for one in sets:

@@ -19,7 +19,7 @@ _ARITHMETIC: dict[type[ast.operator], str] = {
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-# functions in the generated source that return their value unchanged
+# functions in the generated source that return their argument unchanged
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
 
@@ -101,7 +101,7 @@ class Specialiser:
         self.out.append(statement)
 
     def stored(self, value: t.Expr, name: str = "t") -> t.Expr:
-        """Return a value that costs nothing to read: a known value or a variable."""
+        """Return a value that costs nothing to read: a constant or a variable."""
         return value if isinstance(value, t.Num | t.Var) else self.copy(value, name)
 
     def copy(self, value: t.Expr, name: str = "t") -> t.Var:
@@ -491,7 +491,7 @@ class Specialiser:
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
     def one_of(self, node: ast.BoolOp) -> t.Expr:
-        """Return the operand of `or` or `and` between numbers that decides the result."""
+        """Return the operand that decides the result of `and` or `or`; the operands are numbers."""
         value = self.stored(self.value(node.values[0]))
         if len(node.values) == 1:
             return value
@@ -543,7 +543,7 @@ class Specialiser:
         return self.branched(test, yes, no, then, other)
 
     def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
-        """Return one of two values as an expression; None if a branch is needed."""
+        """Return a conditional expression with two values; None if a branch is needed."""
         both = isinstance(yes, t.Num) and isinstance(no, t.Num)
         return t.Select(test, yes, no) if both and self.is_cheap_test(test, True) else None
 

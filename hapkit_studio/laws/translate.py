@@ -93,7 +93,7 @@ def function_tree(function: Callable) -> ast.FunctionDef:
 
 
 def values_returned(tree: ast.FunctionDef) -> int:
-    """Return how many values a function returns; raise LawError if its ``return`` statements differ."""
+    """Return how many values a function returns; raise LawError if this number is not constant."""
     found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
     sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
     for node, size in zip(found, sizes, strict=True):
@@ -166,7 +166,7 @@ class Names:
         return self.places[node.attr]
 
 
-# integers remain floats, so that infinities and NaN are preserved
+# functions that return an integer in Python return a float here, so that infinities and NaN are preserved
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
 # CPython multiplies by the same factors
@@ -343,7 +343,7 @@ class Rewriter(ast.NodeTransformer):
         return self._arithmetic(self.visit(node.left), node.op, self.visit(node.right), node.lineno)
 
     def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
-        """Return left op right, on floats if integers would give a different result."""
+        """Return the operation; its operands become floats if integers would give a different result."""
         if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
             left, right = _call("_float", [left]), _call("_float", [right])
         never_zero = isinstance(right, ast.Constant) and bool(right.value)
@@ -353,7 +353,7 @@ class Rewriter(ast.NodeTransformer):
         return self._noted(result, line) if isinstance(op, ast.Pow) else result
 
     def _noted(self, value: ast.expr, line: int) -> ast.expr:
-        """Return a value whose line is recorded if the value is not finite."""
+        """Return an expression that records its line at run time if its value is not finite."""
         return value if self.proven else _watched("_noted", value, line)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
