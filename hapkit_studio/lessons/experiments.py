@@ -26,7 +26,7 @@ _SAME_SECONDS, _SAME_PLACE = 2e-3, 50e-6  # tolerances in s and m: a file rounds
 _CLOCK = 2e-6  # s: tolerance around a trial's samples
 _PAUSE = 0.5  # s: pause between two trials of a virtual subject
 _RATE = 1000.0  # Hz: sampling rate of a virtual session
-_BASE = 200.0  # N/m: stiffness to which the virtual observer compares others
+_BASE = 200.0  # N/m: stiffness with which a virtual observer compares other stiffnesses
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from hapkit_studio.sessions.file import SUFFIX
 EDITED, DAMAGED, MISSING = "edited", "damaged", "missing"
 """States that a check does not have: the file contradicts its samples, is unreadable, or has no answer."""
 COLUMNS = ("student", "file", "lesson", "step", "task", "value", "state", "reason")
-_SAME = 1e-6  # maximum relative difference between values that different computers have evaluated
+# maximum relative difference between values that different computers compute from the same samples
+_SAME = 1e-6
 
 
 @dataclass(frozen=True)

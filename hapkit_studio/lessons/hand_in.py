@@ -57,8 +57,8 @@ class Answer:
 class HandedIn:
     """A handed-in file: the lesson's key and stamp, the student, the samples, and the answers by key.
 
-    ``experiments`` are the trials of experiments in the file. ``damage`` has messages on its unreadable
-    parts.
+    ``experiments`` are the trials of experiments in the file. ``damage`` contains messages about unreadable
+    parts of the file.
     """
 
     path: Path

@@ -69,7 +69,7 @@ class Check:
 
     ``expect`` is a number in SI, or the key of a parameter whose present value is expected. ``tolerance`` is
     in SI, or in percent of the expected value. ``at_least`` and ``at_most`` are limits that replace an
-    expected value. ``needs`` contains the smallest movement that is required, by the name of its quantity.
+    expected value. ``needs`` maps the name of each required movement to its smallest permitted size.
     ``where`` contains the permitted range, or a choice's permitted option, of each setting by key.
     ``between`` contains the two positions in m between which the handle must move.
     """
@@ -142,8 +142,8 @@ class Question:
 class Play:
     """One run of a scripted student: settings that differ from those of the scene, and the hand's path.
 
-    ``path`` is the name of a path in ``SCRIPTS``, or consists of points (s, m). ``release`` is the time in s
-    at which the hand releases the handle.
+    ``path`` is the name of a path in ``SCRIPTS``, or a sequence of points (time in s, position in m).
+    ``release`` is the time in s at which the hand releases the handle.
     """
 
     values: Mapping[str, float]

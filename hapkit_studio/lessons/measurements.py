@@ -1,7 +1,7 @@
 """The measurements that a check can use. Each is a function that is applied to a recorded interval.
 
-A function returns the value in SI with half of its 95 % interval, or raises NotMeasured with the reason and
-the remedy. Forces are the commanded ones; the force at the handle is not measured.
+A function returns the value in SI with the half width of its 95 % confidence interval, or raises NotMeasured
+with the reason and the remedy. Forces are the commanded ones; the force at the handle is not measured.
 """
 
 import math
@@ -27,14 +27,14 @@ _PURRS = (15.0, 40.0)  # Hz: frequency range of the purring; the cat's pitch is 
 _CLEAR = 6.0  # minimum ratio of a spectral peak to the median of its band
 _RINGS = (5.0, 400.0)  # Hz: frequency range of a ringing surface
 _SWINGS = 6  # minimum number of extremes of a free oscillation for a measurement
-_EXACT = 1e-4  # an interval with a smaller relative width is not shown
+_EXACT = 1e-4  # a confidence interval with a smaller relative width is not shown
 # m/s: friction at speeds below the first value is compared with friction at speeds above the second value
 _SLOW, _FAST = 0.005, 0.03
 _STEADY = 0.02  # m/s: maximum change per sample in the velocity of an object that moves freely
 
 
 class Measured(NamedTuple):
-    """A value in SI and half of its 95 % interval."""
+    """A value in SI and the half width of its 95 % confidence interval."""
 
     value: float
     half: float = 0.0
@@ -70,7 +70,7 @@ class Measurement:
         return on_screen(value, self.unit, 3)
 
     def interval_text(self, found: Measured) -> str:
-        """Format a value with its interval."""
+        """Format a value with its confidence interval."""
         if not found.half > _EXACT * abs(found.value) or not math.isfinite(found.half):
             return self.text(found.value)
         if self.decimals is not None:
@@ -190,7 +190,7 @@ def _speed(samples: Samples) -> Measured:
 
 
 def _transient(index: int) -> Callable[[Samples, Region], Measured]:
-    """Return the function that fits the surface's ringing after the handle has entered it.
+    """Return the function that fits the ringing of a surface after the handle has hit it.
 
     ``index`` selects the result of the function: the frequency (1) or the decay (2).
     """
@@ -358,7 +358,7 @@ def _stick_slip_amplitude(samples: Samples, region: Region) -> Measured:
 
 
 def _mean(values: np.ndarray) -> Measured:
-    """Return the mean and half of its 95 % interval, from Student's t."""
+    """Return the mean and the half width of its 95 % confidence interval, from Student's t."""
     from scipy.stats import t
 
     count = len(values)

@@ -537,7 +537,7 @@ class _Table:
         return low, high
 
     def values(self, environment: Environment, before: Mapping[str, float]) -> dict[str, float]:
-        """Return an environment's values; the table's entry "values" gives some of them."""
+        """Return an environment's values: ``before``, with some of them replaced by the table "values"."""
         given = {**before, **self.table("values")}
         return self.attempt("values", environment.values, given)
 

@@ -88,7 +88,7 @@ class Progress:
         return self.evaluated.get(task.key, Evaluated(NOT_STARTED)).result
 
     def note(self, key: str, found: Evaluated) -> bool:
-        """Store a check's newest result, unless an earlier result has passed and the newest has not.
+        """Store a check's newest result, unless an earlier result was correct and the newest is not.
 
         Return whether the stored interval or sentence has changed.
         """

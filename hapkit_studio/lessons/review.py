@@ -127,7 +127,11 @@ def path_of(session: Path, reviewer: str) -> Path:
 
 
 def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
-    """Check a review and write it; raise ReviewError, also if the file exists and may not be replaced."""
+    """Check a review and write it.
+
+    Raise ReviewError if the review is invalid, if it cannot be written, or if the file exists and may not be
+    replaced.
+    """
     path = Path(path)
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
@@ -167,7 +171,7 @@ def reply(path: str | Path, text: str) -> Review:
 def parse(text: str, name: str) -> Review:
     """Check every value of a review's JSON text and return the review.
 
-    Raise ReviewError, which names the file and the value.
+    Raise ReviewError for an invalid value; the message names the file and the value.
     """
     try:
         table = checked_table(parse_json(text, name), name)
