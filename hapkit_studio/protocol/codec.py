@@ -83,7 +83,7 @@ def put_integer(out: np.ndarray, at: int, size: int, value: int) -> None:
 
 @compiled
 def _read(buffer, layout, row):
-    """Fill a row except its time and its number of losses."""
+    """Fill the columns of a row, except the time and the number of losses."""
     row[:] = 0.0
     for i in range(layout.shape[0]):
         column, at, size, kind = layout[i, 0], layout[i, 1], layout[i, 2], layout[i, 3]
@@ -207,7 +207,10 @@ def _continued(state, time_us):
 
 @compiled
 def _kind(state, buffer):
-    """Return the kind of the row in a complete frame; count a frame without a row and return -1."""
+    """Return the kind of the row that a complete frame contains.
+
+    Count a frame without a row, and return -1.
+    """
     size = state[_SIZE] - CRC_SIZE
     if buffer[0] == SAMPLE_ID and size == SAMPLE_BODY:
         return SAMPLE

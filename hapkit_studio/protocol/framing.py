@@ -30,7 +30,7 @@ def cobs_encode(raw: bytes) -> bytes:
 
 
 def cobs_decode(coded: bytes) -> bytes | None:
-    """Return the raw bytes, or None if coded ends inside a block."""
+    """Return the raw bytes, or None if ``coded`` ends inside a block."""
     out = bytearray()
     at = 0
     while at < len(coded):

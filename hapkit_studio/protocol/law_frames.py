@@ -1,4 +1,4 @@
-"""Compiled frames for a board that renders: a law in pieces, constants, keep-alive.
+"""Compiled encoders of the frames for a board that renders: a law's pieces, constants, keep-alive.
 
 The bytes of a law are packed into int64 words, little endian, as ``packed`` returns them.
 """
