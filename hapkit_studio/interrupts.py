@@ -2,7 +2,7 @@
 
 During imports and after the program's work, Ctrl+C ends the process at once. During a command, Ctrl+C raises
 KeyboardInterrupt, so that motors are stopped and files are closed. Python handles signals only between
-bytecodes, not inside compiled code. But it writes a byte to a socket as soon as a signal arrives
+bytecodes, not inside compiled code. However, Python writes a byte to a socket as soon as a signal arrives
 (``signal.set_wakeup_fd``). Compiled loops check for this byte, without reading it, and return.
 
 This module imports little, because Ctrl+C is not handled before its import has ended.
@@ -120,5 +120,5 @@ def _connect() -> None:
 
 
 def fileno() -> int:
-    """Return the socket that is readable after a signal; −1 if there is none."""
+    """Return the file descriptor of the socket that is readable after a signal; −1 if there is no socket."""
     return _ends[0].fileno() if _ends else -1

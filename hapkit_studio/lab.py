@@ -31,8 +31,8 @@ class LabSettings:
 
     ``force_limit`` in N applies to every loop with a motor. ``devices`` are patterns of the keys of allowed
     devices; None allows all. ``lessons`` is a folder of lessons in addition to the studio's. ``locked`` are
-    settings that no code unlocks, as tuples of words. ``mistake`` describes a mistake
-    in the file, or is "".
+    settings, as tuples of words, that cannot be unlocked with a code. ``mistake`` describes a mistake in the
+    file, or is "".
     """
 
     force_limit: float = math.inf

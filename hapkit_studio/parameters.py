@@ -26,7 +26,7 @@ class Parameter:
     discrete = False
 
     def check(self, value: object) -> float:
-        """Return a value as float; raise ParameterError with value, limit and unit."""
+        """Return a value as float. Raise ParameterError if it is not a number within the limits."""
         try:
             number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):

@@ -1,4 +1,4 @@
-"""How the studio starts its own modules, from Python or from a bundle; and the machine code of a bundle.
+"""Start the studio's own modules, from Python or from a bundle, and find the machine code of a bundle.
 
 A bundle (``make bundle``) is a folder with Python, the packages and the studio. It contains machine code,
 which is compiled when the bundle is built. The code requires only a baseline processor, because other
@@ -56,7 +56,7 @@ def configured_cache() -> str:
 
 @functools.cache
 def uses_shipped_code() -> bool:
-    """Return True for a bundle whose machine code runs on this computer, unless the user has set a cache."""
+    """Return True for a bundle whose machine code runs on this computer, unless a cache folder is set."""
     return BUNDLED and not configured_cache() and STAMP.is_file() and baseline() is not None
 
 

@@ -14,7 +14,7 @@ def path(*parts: str) -> Path:
 
 
 def sources_stamp(*folders: str, package: Path = PACKAGE) -> str:
-    """Return a hash of the names and times of the Python files in some folders of the package."""
+    """Return a hash of the names and modification times of the Python files in folders of the package."""
     found = [f for folder in folders for f in sorted((package / folder).rglob("*.py"))]
     facts = "\n".join(f"{f}:{f.stat().st_mtime_ns}" for f in found)
     return hashlib.sha256(facts.encode()).hexdigest()[:16]
