@@ -130,6 +130,7 @@ class RunBar(QWidget):
         running = self._job.running
         self.run.setText("Cancel" if running else self._words[self._measured])
         mark(self.run, "primary", not running)
+        self._row.activate()  # at once: while a chart is drawn, the longer text would be cut off
         self.progress.setRange(0, 0 if running else 1)
         self.progress.setValue(0)
         self.progress.setVisible(running)

@@ -156,6 +156,15 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
     assert bar.export.isEnabled()
 
 
+def test_a_longer_text_of_the_run_button_is_complete_at_once(job, qtbot):
+    bar = RunBar(job, ("Run", "Run all failures again"))
+    qtbot.addWidget(bar)
+    bar.resize(600, 60)
+    bar.show()
+    bar.set_measured(True)
+    assert bar.run.width() >= bar.run.sizeHint().width()
+
+
 def test_a_long_status_has_its_own_line_and_enter_presses_the_button(job, shared_window):
     bar, heard = RunBar(job), []
     bar.setParent(shared_window)
