@@ -139,7 +139,7 @@ def test_a_plotted_run_is_a_picture(tmp_path, ending):
     path = tmp_path / f"run.{ending}"
     run = hs.simulate("wall", hand="press", seconds=0.5)
     run.plot(path)
-    with pytest.raises(ParameterError, match=r"A picture must be one of .*png.*, not 'xyz'"):
+    with pytest.raises(ParameterError, match=r"The name of a picture must end in one of .*png.*, not 'xyz'"):
         run.plot(tmp_path / "run.xyz")
     starts = {"png": b"\x89PNG", "svg": b"<?xml"}
     assert path.read_bytes().startswith(starts[ending])

@@ -210,7 +210,7 @@ WRONG = [
     ("run wall --estimator difference:cutoff=5", "has no parameter 'cutoff'"),
     ("run wall --csv /no-such-folder/run.csv", "--csv: there is no folder /no-such-folder."),
     ("run wall --csv .", "--csv takes the path of a file, not '.'"),
-    ("run wall --plot run.xyz", "A picture must be one of"),
+    ("run wall --plot run.xyz", "The name of a picture must end in one of"),
     ("loop-test unplugged", "There is no device 'unplugged'. Available devices: simulated"),
     ("loop-test --rate 20", "Servo rate must be between 100 and 10,000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds must be between 0.1 and 86,400 s, not 0."),
@@ -228,7 +228,7 @@ WRONG = [
     # the wrong folder is reported before the run
     ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
     ("run wall --device simulated --csv .", "the path of a file"),
-    ("run wall --device simulated --plot x.xyz", "A picture must be one of"),
+    ("run wall --device simulated --plot x.xyz", "The name of a picture must end in one of"),
     # a script with an unset variable must not flash the only board, or run without one
     ("run wall --device ''", "There is no device ''"),
     ("check ''", ""),

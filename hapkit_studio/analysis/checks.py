@@ -20,7 +20,7 @@ def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -
     except ValueError:
         found = np.empty((0, 0))
     if found.ndim != 1 or (found.size and found.dtype.kind not in "iuf"):
-        raise ParameterError(f"{what.label} takes one row of numbers in {what.unit}, not {_shown(values)}.")
+        raise ParameterError(f"{what.label} must be one row of numbers in {what.unit}, not {_shown(values)}.")
     bad = found[~((found >= what.low) & (found <= what.high))]
     if bad.size:
         what.check(bad[0])
@@ -30,7 +30,7 @@ def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -
 def whole_number(value: object, name: str, least: int) -> int:
     """Return ``value`` as an integer; raise ParameterError if it is not an integer of at least ``least``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise ParameterError(f"{name} takes a whole number, {least} or more, not {_shown(value)}.")
+        raise ParameterError(f"{name} must be a whole number, {least} or more, not {_shown(value)}.")
     return int(value)
 
 

@@ -122,7 +122,7 @@ def compute(
         try:
             sweep(partial(compute_rows, axes), missing, executor=executor, progress=report, store=store)
         except LostWorkers as error:
-            hint = f"What was computed is kept in {path.name}: run the same command again."
+            hint = f"The results so far are kept in {path.name}. Run the same command again."
             raise SurveyError(f"{error} {hint}") from error
     return len(missing)
 
@@ -182,14 +182,14 @@ def _axes(database: sqlite3.Connection, name: str) -> Axes:
 def _check_size(axes: Axes) -> None:
     loops = math.prod(axes.shape)
     if loops > _MOST_LOOPS:
-        raise SurveyError(f"A survey has at most {_MOST_LOOPS:,} loops, not {loops:,}.")
+        raise SurveyError(f"A survey can compute at most {_MOST_LOOPS:,} control loops, not {loops:,}.")
 
 
 @contextmanager
 def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection]:
     """Open a survey's file; with axes, create it if it is missing. Convert all errors to SurveyError."""
     if axes is None and not path.exists():
-        raise SurveyError(f"There is no survey {path}.")
+        raise SurveyError(f"There is no survey file {path}.")
     if path.exists():
         open_regular(path).close()
     mode = "ro" if axes is None else "rwc"
@@ -203,7 +203,9 @@ def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection
                 raise SurveyError(f"{path.name} is not a survey.")
             there = _axes(database, path.name)
             if axes not in (None, there):
-                raise SurveyError(f"{path.name} holds {there.text}: use these, or choose another file.")
+                raise SurveyError(
+                    f"{path.name} contains {there.text}: use these values, or choose another file."
+                )
             yield database
     except sqlite3.Error as error:
         raise SurveyError(f"{path.name} cannot be used: {error}.") from None

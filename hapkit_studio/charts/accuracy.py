@@ -61,7 +61,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
     best = [found.recommended(place.name) for place in found.question.places]
     return (
         Column(
-            "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
+            "Method", lambda one: f"{one.method or 'Present settings'}, {one.place}", right=False,
             mark=lambda one: option_style(one, found),
             token=lambda one: "accent" if one in best else "ink",
         ),
@@ -106,9 +106,9 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
 # --- methods
 
 METHODS_KEY = (
-    "Left is cheaper, lower is more accurate. Each line is a method, each marker a step size. The number is "
-    "the order: at 2.00, half the step gives a quarter of the error. Filled: 1 ms, the loop's step. Grey: "
-    "Pareto front, the least error at each cost."
+    "Methods on the left need less computing time; lower ones are more accurate. Each line is a method, and "
+    "each marker a step size. The number is the order: at 2.00, half the step gives a quarter of the error. "
+    "Filled markers: a step of 1 ms, as in the loop. Grey line: the least error at each computing time."
 )
 STEP = 1e-3  # s: period of the loop
 # limits of the error axis: errors below _FLOOR are rounding, errors above _MOST are divergence
@@ -143,7 +143,11 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     axes.set(xscale="log", yscale="log", **frame.box)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
     axes.minorticks_off()
-    cost = "million cycles a second on the board" if board else "µs of computing per simulated second"
+    cost = (
+        "million processor cycles per second on the board"
+        if board
+        else "µs of computing per simulated second"
+    )
     style_axes(axes, c, cost, f"{sheet.scene.error}, {frame.unit}")
     limit, (low, top) = sheet.scene.tolerance * frame.factor, frame.box["ylim"]
     axes.axhspan(low, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
@@ -198,8 +202,9 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
 
 SCENE_KEY = (
     "A shorter bar is closer to the ideal scene: the same law solved exactly, without sampling, delay, "
-    "sensor steps or force limit. Most people notice 1 JND. Parts left of 0 cancel others; the upright mark "
-    "is the total. // and →: longer than drawn. Ring: recommended."
+    "sensor steps or force limit. Most people notice 1 JND (just-noticeable difference). Parts left of 0 "
+    "cancel other parts; the upright mark is the total. // and →: the bar is longer than drawn. Ring: "
+    "recommended."
 )
 OWN_KEY = """Own error: distance from the exact method at the
 same rate. Filled: the rate that the board keeps.
@@ -380,11 +385,11 @@ def felt_text(felt: float | None) -> str:
 
 
 EFFECT_COLUMNS = (
-    Column("Most people feel", lambda effect: felt_text(effect.felt), unit="JND"),
+    Column("Felt by most people", lambda effect: felt_text(effect.felt), unit="JND"),
     Column("Sense", lambda effect: effect.sense, right=False),
     Column("Hand motion", lambda effect: effect.hand, right=False),
-    Column("Most sensitive people", lambda effect: felt_text(effect.strict), unit="JND"),
-    Column("Noticeable", lambda effect: effect.since_text, right=False),
+    Column("Felt by the most sensitive", lambda effect: felt_text(effect.strict), unit="JND"),
+    Column("Noticeable at", lambda effect: effect.since_text, right=False),
     Column("Change of stiffness limit", lambda effect: effect.gain_text),
 )  # each row is the effect of removing one term
 

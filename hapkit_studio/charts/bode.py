@@ -93,7 +93,7 @@ def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
     for axes in panels:
         axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
     soft = curve.ends == curve.softens
-    words = f"{hertz(curve.ends)}: {'−3 dB' if soft else 'gives energy'}"
+    words = f"{hertz(curve.ends)}: {'stiffness at 71 %' if soft else 'loop adds energy'}"
     # the label goes towards the middle of the axis
     near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))
     panels[_STIFFNESS if soft else _DAMPING].annotate(
@@ -130,5 +130,5 @@ def _handle(panels: list, c: Colors, setting: "LoopSettings") -> None:
     inertia, frequency = setting.mass * turn**2, turn / (2.0 * math.pi)
     for axes in panels:
         axes.autoscale(False)
-    panels[0].plot(frequency, np.hypot(inertia, setting.viscous * turn), label="the handle's own", **style)
+    panels[0].plot(frequency, np.hypot(inertia, setting.viscous * turn), label="handle alone", **style)
     panels[_STIFFNESS].plot(frequency, inertia, **style)

@@ -94,7 +94,7 @@ def _changes(log: Log, known: Known) -> list[str]:
     changes = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
     lines = [f"At {time:.2f} s: {words}" for time, words in changes[:_MOST_CHANGES]]
     more = len(changes) - _MOST_CHANGES
-    return [*lines, f"and {more} more, the last at {changes[-1][0]:.2f} s"] if more > 0 else lines
+    return [*lines, f"and {more} more changes, the last at {changes[-1][0]:.2f} s"] if more > 0 else lines
 
 
 def _change(before: LoggedSettings, after: LoggedSettings, known: Known) -> str:

@@ -47,7 +47,9 @@ def pointing_columns() -> tuple[Column, ...]:
 
 def pointing_figure(found: Sequence[Line], path: str | Path) -> None:
     """Write the movement times over the index of difficulty."""
-    caption = "Points: mean of a distance and width. Lines: MT = a + b·ID by least squares"
+    caption = (
+        "Points: mean for one distance and width. Lines: movement time = a + b · index of difficulty, fitted"
+    )
     save(lambda figure, c: draw_pointing(figure, c, found), path, _SIZE, caption=caption)
 
 
@@ -83,7 +85,9 @@ def threshold_text(found: Threshold) -> str:
 
 def threshold_figure(found: Threshold, path: str | Path) -> None:
     """Write the figure with the staircase and the fractions of right answers."""
-    caption = f"{threshold_text(found)} 95 % intervals; {with_unit(100.0 * CONVERGES, '%')} right at it."
+    right = with_unit(100.0 * CONVERGES, "%")
+    note = f"In brackets: 95 % intervals. At the threshold, {right} of the answers are right."
+    caption = f"{threshold_text(found)} {note}"
     save(lambda figure, c: draw_threshold(figure, c, found), path, _SIZE, caption=caption)
 
 

@@ -207,4 +207,4 @@ def check_picture(path: str | Path) -> None:
 
     found, known = ending(path), FigureCanvasBase.get_supported_filetypes()
     if found not in known:
-        raise ParameterError(f"A picture must be one of {', '.join(known)}, not {found!r}.")
+        raise ParameterError(f"The name of a picture must end in one of {', '.join(known)}, not {found!r}.")

@@ -65,7 +65,7 @@ def test_an_interrupted_survey_resumes_without_recomputing(tmp_path, monkeypatch
     monkeypatch.setattr(Axes, "limits", lambda axes, row: computed.append(row) or rows(axes, row))
     with pytest.raises(
         StudioError,
-        match=r"A part of the work was lost: .* kept in limits\.survey: run the same command again\.",
+        match=r"A part of the work was lost: .* kept in limits\.survey. Run the same command again\.",
     ):
         survey.compute(path, AXES, Stops(2))
     there = len(computed)
@@ -105,7 +105,9 @@ def test_other_surveys_and_foreign_files_give_a_one_line_error(tmp_path):
     path = tmp_path / "limits.survey"
     survey.compute(path, AXES, Serial())
     before = path.read_bytes()
-    with pytest.raises(SurveyError, match=r"holds 2 estimators × 2 rates × 2 delays × 2 hands × 3 dampings"):
+    with pytest.raises(
+        SurveyError, match=r"contains 2 estimators × 2 rates × 2 delays × 2 hands × 3 dampings"
+    ):
         survey.compute(path, survey.usual_axes(3, 2), Serial())
     assert path.read_bytes() == before
     for name, content in (
@@ -179,7 +181,7 @@ def test_a_file_with_other_tables_is_not_a_survey(tmp_path):
 
 
 def test_more_loops_than_fit_into_memory_are_refused(tmp_path):
-    with pytest.raises(SurveyError, match="at most 67,108,864 loops"):
+    with pytest.raises(SurveyError, match="at most 67,108,864 control loops"):
         survey.compute(tmp_path / "x.survey", survey.usual_axes(1000, 1000), Serial())
 
 

@@ -64,7 +64,7 @@ def test_each_change_has_its_time_and_both_values():
     many = [(float(n), of("wall", stiffness=100.0 + n)) for n in range(9)]
     assert lines(many)[2:] == [
         *(f"At {n}.00 s: stiffness {99 + n} → {100 + n} N/m" for n in range(1, 5)),
-        "and 4 more, the last at 8.00 s",
+        "and 4 more changes, the last at 8.00 s",
     ]
 
 

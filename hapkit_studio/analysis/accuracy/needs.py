@@ -105,7 +105,7 @@ class LawTerm:
         """Describe how much faster the law is without the term."""
         shown = self.cycles, [round(rate, -1) for rate in self.rate], self.limit  # rates as in ``hertz``
         cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in shown)
-        return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
+        return f"{self.label} = 0: {cycles} processor cycles per period, {rate} Hz, stable up to {limit} N/m"
 
 
 @dataclass(frozen=True)

@@ -337,7 +337,7 @@ class SceneResult:
         if best is None:
             return next(iter(self.refused.values()), "")
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
-        apart = "feels like" if best.error < 1.0 else f"{jnd(best.error)} from"
+        apart = "it feels like" if best.error < 1.0 else f"it differs by {jnd(best.error)} from"
         return f"{where}: {apart} the ideal scene, {limit_text(best.limit)}."
 
     def reason(self, place: str) -> str:
@@ -347,9 +347,9 @@ class SceneResult:
             return ""
         wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
         if not (self.is_stable_enough(best) or math.isnan(best.limit)):
-            warning = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
+            warning = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: the best one "
             near = best.limit >= self.question.stiffness
-            warning += "it is close to its limit." if near else "it needs a hand or friction to come to rest."
+            warning += "is close to its limit." if near else "needs a hand or friction to come to rest."
             stiffest = max(self.at(place), key=lambda o: o.limit)
             if best.limit < _LEAST_LIMIT * stiffest.limit:
                 more = f"{stiffest.limit - best.limit:,.0f} N/m more"
@@ -369,14 +369,14 @@ class SceneResult:
                 f"{hertz(other.rate)}, and the rate matters more to your hand."
             )
         size, part = max(zip(best.parts, PARTS, strict=True))
-        most = f"Largest part: {PART_WORDS.get(part, part)}, {jnd(size)}."
-        most += " Choose a different filter under Loop; it applies to all scenes." * (part == VELOCITY)
+        most = f"The largest part of the error is the {PART_WORDS.get(part, part)}: {jnd(size)}."
+        most += " You can choose a different velocity filter under Loop, for all scenes." * (part == VELOCITY)
         if own >= -KNOWN:
             return most
         pairs = zip(self.question.choices, best.options, strict=True)
         ahead = any(choice.text(value) == "semi_implicit" for choice, (_, value) in pairs)
-        lead = "runs half a step ahead, which" if ahead else "has an error that"
-        return f"{most} {best.method} {lead} cancels {jnd(-own)} of the total."
+        lead = "runs half a step ahead" if ahead else "has an error of the opposite sign"
+        return f"{most} {best.method} {lead}, so it cancels {jnd(-own)} of the total."
 
 
 def jnd(error: float) -> str:

@@ -84,7 +84,10 @@ def sensor(runner: BoardRunner) -> CheckResult:
         return warn("moving", words, "Take your hands off, level the kit, and test again.")
     if np.any(track.flags & int(BoardFlag.SENSOR)):
         return warn("sensor", "Some readings are impossible.", "Check the sensor's plug and magnet.")
-    return passed(f"Reads {int(np.median(track.raw))}, steady; {100.0 * lost:.1f} % of the samples arrived.")
+    return passed(
+        f"The sensor reads {int(np.median(track.raw))} and is steady. {100.0 * lost:.1f} % of the samples "
+        "arrived."
+    )
 
 
 def stopping(runner: BoardRunner) -> CheckResult:
@@ -94,7 +97,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
         words, key = "The E-stop did not switch the motor off.", "stop"
     elif silence_pwm or not silence_flags & BoardFlag.WATCHDOG:
-        words, key = "The motor did not go off when the computer stopped sending.", "watchdog"
+        words, key = "The motor did not switch off when the computer stopped sending.", "watchdog"
     else:
         return passed(_STOPPING)
     remedy = "Disconnect the motor's power supply. Flash the firmware again, then test again."
@@ -141,7 +144,7 @@ def direction(runner: BoardRunner) -> CheckResult:
     """Check the direction by pushing both ways."""
     found = push_both_ways(runner)
     if found.agrees is False:
-        words = found.result.text + " A spring would run away."
+        words = found.result.text + " A spring would push the handle away."
         remedy = "Run Set up my Hapkit, step Direction, or Device, Flip direction."
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
@@ -158,7 +161,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     swept = sweep(runner, _SWEEP_SECONDS)
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
-        count = f"One count is {1e3 * now.quantum:.1f} mm"
+        count = f"One sensor step is {1e3 * now.quantum:.1f} mm"
         return passed(f"Swept. {count}, which is too coarse to measure mass and friction.")
     if not part.estimates:
         return warn("sweep", part.advice, _SWEEP_REMEDY)
@@ -194,14 +197,23 @@ def spring(runner: BoardRunner) -> CheckResult:
     return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
 
 
-_STOPPING = "The motor goes off at an E-stop and if the computer stops sending."
+_STOPPING = "The motor switches off at an E-stop and if the computer stops sending."
 CHECKS = (
-    Check("settings", "Settings", "The settings stored on the board, and whether they agree.", settings),
-    Check("sensor", "Sensor", "The reading is steady at rest, and no sample is lost.", sensor),
+    Check(
+        "settings", "Settings", "Reads the settings stored on the board and checks that they agree.", settings
+    ),
+    Check(
+        "sensor", "Sensor", "Checks that the reading is steady at rest and that no sample is lost.", sensor
+    ),
     Check("stopping", "Stopping", _STOPPING, stopping),
-    Check("direction", "Direction", "Pulses of at most 0.3 N in both directions.", direction),
-    Check("paddle", "Mass and friction", "A gentle sweep, within ± 25 mm.", paddle),
-    Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring),
+    Check(
+        "direction",
+        "Direction",
+        "Pushes the handle with pulses of at most 0.3 N in both directions.",
+        direction,
+    ),
+    Check("paddle", "Mass and friction", "Moves the handle gently by up to 25 mm to both sides.", paddle),
+    Check("spring", "Spring", "Checks that the handle comes to rest on a spring of 100 N/m.", spring),
 )
 _NEEDED = ("stopping", "direction")
 """Checks that must pass before any later check may move the handle."""
@@ -235,9 +247,9 @@ class Report:
         left_out = self._titles(SKIP)
         rest = f" Not tested yet: {left_out}." if left_out else ""
         if self.dangerous:
-            return f"Do not use this Hapkit yet. Repair first: {self._titles(FAIL)}.{rest}"
+            return f"Do not use this Hapkit yet. First repair: {self._titles(FAIL)}.{rest}"
         rest = rest or (" Everything else is fine." if self._titles(PASS) else "")
-        return f"Look at: {self._titles(WARN)}.{rest}"
+        return f"Look at these checks: {self._titles(WARN)}.{rest}"
 
     def _titles(self, level: str) -> str:
         """Return the titles of the checks with this level, as text."""

@@ -84,8 +84,8 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
     if not moved:
         words = f"Pulses up to {pushed:.1f} N did not move the handle."
         remedy = (
-            "Is the motor's supply on (12 V plug, not only USB)? Is the cable on the pulley, and not jammed? "
-            "Is the handle free? If all this is right, look for a dead band."
+            "Is the motor's power supply on (12 V plug, not only USB)? Is the cable on the pulley, and not "
+            "jammed? Is the handle free? If all this is right, look for a dead band."
         )
         return Direction(None, warn("no motion", words, remedy))
     signs = {np.sign(force * moved_by) for force, moved_by in moved}

@@ -158,8 +158,14 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
         wider = replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0)))
         if e.determined and wider.half > max(abs(e.value), e.term.fine):
-            scale = "length: take the marks" if 2.0 * length >= force else "force: take the weights"
-            wider = replace(wider, determined=False, advice=f"Cannot tell by such a scale of {scale} again.")
+            scale = (
+                "Take the marks of the step Zero and scale"
+                if 2.0 * length >= force
+                else "Measure the step Strength"
+            )
+            wider = replace(
+                wider, determined=False, advice=f"The scale is too inaccurate to tell. {scale} again."
+            )
         made.append(wider)
     return replace(part, estimates=tuple(made))
 

@@ -29,8 +29,8 @@ TERMS = {
     for term in (
         Term("stiffness", "Stiffness", "N/m", 10.0, _FARTHER),
         Term("damping", "Damping", "N·s/m", 0.25, _FASTER.format("Move")),
-        Term("damping_in", "Damping, going in", "N·s/m", 0.25, _FASTER.format("Go in")),
-        Term("damping_out", "Damping, going out", "N·s/m", 0.25, _FASTER.format("Come out")),
+        Term("damping_in", "Damping on the way in", "N·s/m", 0.25, _FASTER.format("Push in")),
+        Term("damping_out", "Damping on the way out", "N·s/m", 0.25, _FASTER.format("Pull out")),
         Term("friction", "Friction", "N", 0.05, _BOTH_WAYS),
         Term("centre", "Centre", "m", 0.5e-3, _FARTHER),
         Term(

@@ -27,7 +27,8 @@ _RICH, _POOR = 5e-4, 0.1
 # First-stage F that is required if no neighbouring window length is available for comparison.
 _STRONG_ALONE = 20.0
 UNKNOWN_HOLD = (
-    "Unknown: the file does not contain the grip of the hand. Save the run again, or let go of the handle."
+    "Unknown: the file does not say how the hand held the handle. Save the run again, or let go of the "
+    "handle."
 )
 UNKNOWN_HAND = (
     "Unknown: the hand's force is not measured. Let go, and use samples in which the handle moves freely."

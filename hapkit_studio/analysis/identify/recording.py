@@ -95,7 +95,8 @@ class Recording:
         low, high = first if begin is None else begin, last if end is None else end
         if not (low < high and low <= last and high >= first):
             raise ParameterError(
-                f"The piece from {low:g} s to {high:g} s is not in the recording, {first:g} s to {last:g} s."
+                f"The chosen part, {low:g} s to {high:g} s, must lie in the recording, {first:g} s to "
+                f"{last:g} s."
             )
         chosen = (self.time >= low) & (self.time <= high)
         pieces: dict[str, Any] = {k: x[chosen] for k, x in vars(self).items() if isinstance(x, np.ndarray)}
@@ -117,23 +118,27 @@ class Recording:
         begin, end = max(zip(begins, ends, strict=True), key=lambda piece: piece[1] - piece[0])
         if not begin < end:
             least = _BEFORE_CHANGE + _AFTER_CHANGE
-            raise ParameterError(f"The settings changed {len(changes)} times, never {least:g} s apart.")
+            raise ParameterError(
+                f"The settings changed {len(changes)} times, but {least:g} s without a change are needed."
+            )
         return self.between(begin, end)
 
     def check(self) -> "Recording":
         """Return self; raise ParameterError if the recording is short or irregular, or settings change."""
         if len(self) < FEWEST_SAMPLES:
-            raise ParameterError(f"A piece has at least {FEWEST_SAMPLES} samples, not {len(self)}.")
+            raise ParameterError(
+                f"The chosen part must have at least {FEWEST_SAMPLES} samples, not {len(self)}."
+            )
         if self.later:
             raise ParameterError(
-                f"The settings changed at {self.change_times} s: choose a piece without a change."
+                f"The settings changed at {self.change_times} s: choose a part without a change."
             )
         gaps = np.diff(self.time)
         periods = gaps / np.median(gaps)
         if np.mean(np.abs(periods - np.rint(periods)) > _UNEVEN) > _MOST_UNEVEN:
             low, high = 1e3 * np.percentile(gaps, (10.0, 90.0))
             gap = f"{compact(low, 2)} to {compact(high, 2)} ms apart"
-            raise ParameterError(f"The times are irregular, {gap}: identification takes one rate.")
+            raise ParameterError(f"The samples are {gap}, but identification needs equal intervals.")
         return self
 
 

@@ -229,5 +229,5 @@ def _why_not(grid: Grid, asked: ForceTerms, names: tuple[str, ...]) -> str:
     if asked.contact:
         return "Unknown: the contacts are too short. Push and hold, and move while pushing."
     if "friction" in names:
-        return "Unknown: nothing slides far enough. Move farther and faster in both directions."
+        return "Unknown: the handle did not move far enough. Move it farther and faster in both directions."
     return "Unknown: there are too few samples. Use a longer time, and move all the time."

@@ -98,7 +98,7 @@ def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
     if apart := deviation(estimate):
         found += f", {apart}"
     if part == "rendered":
-        return f"{label}: you set {plain(estimate.asked, estimate)} {unit}, you rendered {found}."
+        return f"{label}: you set {plain(estimate.asked, estimate)} {unit}, the device gave {found}."
     return f"{label}: {had(estimate, setup)}, identified {found}."
 
 
@@ -124,11 +124,8 @@ def why(estimate: Estimate) -> str:
         return ""
     must = alike(estimate.expected, estimate)
     if surprising(estimate):
-        return (
-            f"Because its force is late, the loop is expected to render {must}: something else has an "
-            "effect, too."
-        )
-    return f"The loop is expected to render {must}, because its force is late."
+        return f"The force is late, so the loop should give {must}. Something else has an effect, too."
+    return f"The force is late, so the loop should give {must}."
 
 
 def lateness(part: Part, setup: Setup) -> str:
@@ -138,15 +135,15 @@ def lateness(part: Part, setup: Setup) -> str:
         return ""
     late = 0.5 / setup.rate + setup.delay  # half a period and the delay
     ms, took = f"{compact(1e3 * late, 3)} ms", f"{compact(spring.asked * late, 2)} N·s/m"
-    words = f"this removes damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
-    return f"A force acts for one period and is {ms} late on average: {words}"
+    words = f"this removes a damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
+    return f"The force is constant for one period, so it is {ms} late on average: {words}"
 
 
 def noisy(noise: float, setup: Setup) -> str:
     """State that position noise in m has widened the intervals."""
     size = f"{compact(noise / setup.quantum, 2)} counts ({compact(1e6 * noise, 2)} µm)"
     return (
-        f"The positions have noise of {size} in addition to the sensor's steps, which widens the intervals."
+        f"The positions have noise of {size} in addition to the sensor steps, so the intervals (±) are wider."
     )
 
 
@@ -154,15 +151,16 @@ def force_known(setup: Setup) -> str:
     """State that the force is the command, not a measurement, and how to measure it."""
     if setup.foreign:
         return (
-            "The force is taken from the file, and ± is the uncertainty of the fit: if the force is "
-            "scaled wrongly, all numbers are wrong."
+            "The force is taken from the file, and ± is the uncertainty of the fit. If the force "
+            "in the file is wrong, all numbers are wrong."
         )
     if setup.handle is not None:
-        return "The force is not measured, but commanded: the simulated motor gives exactly this force."
+        return "The force is not measured, but the simulated motor gives exactly the force that was set."
     return (
-        "The force is not measured: it is computed from the command and the motor constant, and ± is the "
-        "uncertainty of the fit alone. If the motor has only 90 % of this constant, it renders 90 % of these "
-        "values. Measure it with known weights, springs or a kitchen scale: Set up my Hapkit, step Strength."
+        "The force is not measured, but computed from the command and the motor constant; ± is only the "
+        "uncertainty of the fit. If the motor has only 90 % of this constant, it gives 90 % of these "
+        "values. Measure the constant with known weights, springs or a kitchen scale: Set up my Hapkit, "
+        "step Strength."
     )
 
 
@@ -199,14 +197,15 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     lines = [lateness(part, setup) if reasons else ""]
     if part.damped and total:
         lines.append(
-            f"The passivity controller damped in {compact(100.0 * part.damped / total, 2)} % of the samples."
+            f"The passivity controller added damping in {compact(100.0 * part.damped / total, 2)} % of the "
+            "samples."
         )
     if part.estimates and part.explained < 0.9:
         share = f"{100.0 * max(part.explained, 0.0):.0f} %"
-        lines.append(f"These terms make only {share} of the force: the law is more than that.")
+        lines.append(f"These terms explain only {share} of the force, so the law has other terms, too.")
     if part.left_out and total:
         shares = (f"{compact(100.0 * n / total, 3)} % {reason}" for reason, n in part.left_out.items())
-        lines.append(f"Left out: {', '.join(shares)}.")
+        lines.append(f"Samples left out: {', '.join(shares)}.")
     return [line for line in lines if line]
 
 

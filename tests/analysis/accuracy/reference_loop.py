@@ -1,7 +1,7 @@
 """A loop in plain Python that calls a law's Python function: the reference for the page *This scene*.
 
 It shares the laws, the hands' targets and the just-noticeable differences with the package. Handle, hand,
-sensor, velocity estimate, delay, hold and force limit are implemented independently.
+sensor, velocity estimate: delay, hold and force limit are implemented independently.
 """
 
 import math

@@ -143,5 +143,5 @@ def test_numbers_are_formatted_for_people():
     ]
     assert said == [
         "up to 2,400 Hz", "from 0.2 ms", "from 230 N/m", "always", "+668 N/m",
-        "Damping = 0: 200 → 100 cycles a tick, 1,000 → 2,300 Hz, stable up to 400 → 900 N/m",
+        "Damping = 0: 200 → 100 processor cycles per period, 1,000 → 2,300 Hz, stable up to 400 → 900 N/m",
     ]  # fmt: skip

@@ -87,9 +87,9 @@ def test_a_scene_without_methods_has_one_row_per_place_with_the_present_estimato
     now = scene.in_force(iir, damping)
     # with the Kalman filter, the errors would be 1.08 and 0.83
     assert [o.error for o in now] == pytest.approx([1.98, 1.33], abs=0.05)
-    assert "velocity estimate, " in damping.reason("computer")
+    assert "velocity estimate: " in damping.reason("computer")
     assert damping.reason("computer").endswith(
-        "Choose a different filter under Loop; it applies to all scenes."
+        "You can choose a different velocity filter under Loop, for all scenes."
     )
 
 
@@ -148,17 +148,21 @@ def test_the_answer_and_its_reason_are_stated_as_text():
     unnamed = replace(best, method="", error=1.0, parts=())
     said = {
         (best, truer): (
-            "On the board, use M0 at 2,000 Hz: 3.0 JND from the ideal scene, stable up to 900 N/m.",
+            "On the board, use M0 at 2,000 Hz: it differs by 3.0 JND from the ideal scene, stable up to 900 "
+            "N/m.",
             "M1 is the more accurate method, but on this board it lowers the rate to 1,000 Hz, and the rate "
             "matters more to your hand.",
         ),
         (near,): (
-            "On the board, use M0 at 2,000 Hz: feels like the ideal scene, stable up to 900 N/m.",
-            "Largest part: velocity estimate, 1.3 JND. Choose a different filter under Loop; it applies to "
-            "all scenes. "
-            "M0 has an error that cancels 0.50 JND of the total.",
+            "On the board, use M0 at 2,000 Hz: it feels like the ideal scene, stable up to 900 N/m.",
+            "The largest part of the error is the velocity estimate: 1.3 JND. You can choose a different "
+            "velocity filter under Loop, for all scenes. M0 has an error of the opposite sign, so it cancels "
+            "0.50 JND of the total.",
         ),
-        (unnamed,): ("On the board at 2,000 Hz: 1.0 JND from the ideal scene, stable up to 900 N/m.", ""),
+        (unnamed,): (
+            "On the board at 2,000 Hz: it differs by 1.0 JND from the ideal scene, stable up to 900 N/m.",
+            "",
+        ),
     }
     for options, (answer, reason) in said.items():
         result = replace(found, options=options)

@@ -130,5 +130,5 @@ def test_check_prints_a_result_for_each(monkeypatch):
     assert result.as_json["pass"] is False
     assert result.as_json["checks"]["direction"]["key"] == "opposite"
     assert "Direction          FAIL" in result.text
-    assert "Do not use this Hapkit yet. Repair first: direction. " in result.text
+    assert "Do not use this Hapkit yet. First repair: direction. " in result.text
     assert "Not tested yet: mass and friction, spring." in result.text

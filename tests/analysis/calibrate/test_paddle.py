@@ -51,8 +51,8 @@ def test_uncertain_scales_make_estimates_undetermined():
         wider = paddle.widened(part, 0.0, length)
         assert [wider[key].determined for key in NAMES] == [told, told, True]
         assert set(paddle.changes(wider)) == (set(NAMES) if told else {"coulomb"})
-        assert ("take the marks again" in wider["mass"].advice) != told
-    assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
+        assert ("Take the marks of the step Zero and scale again" in wider["mass"].advice) != told
+    assert "Measure the step Strength again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
 @pytest.mark.slow

@@ -78,7 +78,7 @@ def test_resaved_studio_files_give_the_same_result(own, run, way, tmp_path, caps
         path.write_bytes(SAVED[way](plain, comma, run))
     assert main(["identify", str(path)]) == 0
     text = capsys.readouterr().out
-    assert "Stiffness: you set 300 N/m, you rendered 300.0 ± 0.1 N/m." in text
+    assert "Stiffness: you set 300 N/m, the device gave 300.0 ± 0.1 N/m." in text
     assert "Mass: 44 g of the handle and 100 g of the hand, identified 144.0 ± 0.2 g." in text
 
 
@@ -117,7 +117,7 @@ def test_each_part_between_changes_has_its_own_settings(session, tmp_path, capsy
     stiffness = stiffness_of(json.loads(capsys.readouterr().out))
     assert (stiffness["set"], stiffness["value"]) == (250.0, pytest.approx(250.0, abs=0.5))
     assert main(["identify", str(path), "--from", "0.5"]) == 2
-    assert "The settings changed at 1.05 s: choose a piece without a change." in capsys.readouterr().err
+    assert "The settings changed at 1.05 s: choose a part without a change." in capsys.readouterr().err
     assert main(["identify", str(path)]) == 0
     assert capsys.readouterr().out.startswith(
         "The settings changed at 1.05 s; a piece has no change in it.\n"

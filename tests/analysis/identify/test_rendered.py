@@ -57,7 +57,7 @@ def test_damping_on_the_way_in_is_found_there_only():
     assert pressed["damping_in"].asked == 8.0
     assert pressed["damping_in"].value == pytest.approx(8.0 - 200.0 * 0.125e-3, abs=0.15)
     assert not pressed["damping_out"].determined
-    assert "Come out faster" in pressed["damping_out"].advice
+    assert "Pull out faster" in pressed["damping_out"].advice
 
 
 def test_friction_and_viscous_damping_are_distinguished():
@@ -127,4 +127,4 @@ def test_a_file_contains_the_grip_that_identification_of_the_handle_needs(tmp_pa
     path.write_text("".join(kept), encoding="utf-8")
     part = identify(from_csv(path)).handle
     assert not part.estimates
-    assert "does not contain the grip of the hand" in part.advice
+    assert "does not say how the hand held the handle" in part.advice

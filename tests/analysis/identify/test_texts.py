@@ -71,18 +71,18 @@ def test_the_hands_mass_is_separate_from_the_handles():
 def test_the_loop_is_named_as_the_reason():
     found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
     text = "\n".join(found.sentences(found.rendered))
-    assert "you set 0 N·s/m, you rendered −0.6" in text
+    assert "you set 0 N·s/m, the device gave −0.6" in text
     assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
-    assert "The loop is expected to render −0.6" in text
-    assert "1.5 ms late on average: this removes damping of 400 N/m × 1.5 ms = 0.6 N·s/m." in text
+    assert "The force is late, so the loop should give −0.6" in text
+    assert "1.5 ms late on average: this removes a damping of 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
 
 def test_the_passivity_controller_is_named():
     run = hs.simulate("spring", {"stiffness": 900.0}, hand="pluck", seconds=3.0, delay=2e-3, controller=True)
     found = identify(from_run(run))
     text = "\n".join(found.sentences(found.rendered))
-    assert "something else has an effect, too" in text
-    assert "The passivity controller damped in" in text
+    assert "Something else has an effect, too" in text
+    assert "The passivity controller added damping in" in text
     assert found.surprises(found.rendered)
 
 
@@ -96,11 +96,11 @@ def csv(tmp_path_factory):
 def test_the_command_prints_the_rendered_values(csv, capsys):
     assert main(["identify", csv]) == 0
     text = capsys.readouterr().out
-    assert "Stiffness: you set 300 N/m, you rendered 299." in text or "you rendered 300." in text
+    assert any(f"you set 300 N/m, the device gave {found}." in text for found in (299, 300))
     assert "Properties of the handle, the hand's mass with it" in text
     assert "not in contact" in text
     assert text.rstrip().endswith(
-        "The force is not measured, but commanded: the simulated motor gives exactly this force."
+        "The force is not measured, but the simulated motor gives exactly the force that was set."
     )
 
 
@@ -118,9 +118,9 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
     for said in (text, json.loads(found)["force"], captions[0]):
         assert "The force is not measured" in said
-        assert "± is the uncertainty of the fit" in said
-        assert "90 % of this constant, it renders 90 % of these values" in said
-        assert "Measure it with known weights, springs or a kitchen scale" in said
+        assert "± is only the uncertainty of the fit" in said
+        assert "90 % of this constant, it gives 90 % of these values" in said
+        assert "Measure the constant with known weights, springs or a kitchen scale" in said
 
 
 @pytest.mark.slow

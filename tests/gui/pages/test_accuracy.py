@@ -181,7 +181,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert part.side.heading.text() == "Free without sensor steps"
     told = dict(part.details.pairs)
-    assert [told[key] for key in ("Most people feel", "Sense", "Hand motion")] == [
+    assert [told[key] for key in ("Felt by most people", "Sense", "Hand motion")] == [
         "1.2 JND",
         "force",
         "press",
@@ -219,7 +219,7 @@ def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, 
     part.job.cancel()
     QTest.mouseClick(part.choose_own, Qt.MouseButton.LeftButton)
     assert part.own is None
-    assert part.force.text().startswith("Force: 6 % of it")
+    assert part.force.text().startswith("Force: 6 % of the force")
     part.run()
     qtbot.waitUntil(lambda: given == [own.weber.value, 0.06])
     part.job.cancel()

@@ -69,7 +69,7 @@ def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
     assert not page.shaking.isEnabled()
 
     page.show_result(found)
-    assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
+    assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, the device gave 29")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles[1:] == ["velocity into the wall, mm/s", "velocity out of the wall, mm/s", LEFT_OVER]
     for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):

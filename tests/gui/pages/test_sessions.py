@@ -263,7 +263,10 @@ def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
     finished(page, qtbot)
     choose(page, "killed")
     assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Recording not ended"
-    assert "its newest samples are in killed.hapkit-wal. To make one complete file, save a copy" in page.side.words.text()
+    assert (
+        "its newest samples are in killed.hapkit-wal. To make one complete file, save a copy"
+        in page.side.words.text()
+    )
     enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
     assert {words for words, on in enabled.items() if not on} == {"Note…", "Rename…"}
     assert len(enabled) == 7
