@@ -41,7 +41,7 @@ def test_settings_are_printed_as_text(capsys, port):
     assert "magnetoresistive, on A2" in text
     assert "PWM D5, direction D8" in text
     assert "N·s/m" in text
-    for name in ("MAGNETORESISTIVE", "D5_D8", "viscous", "(", "N*"):
+    for name in ("MAGNETORESISTIVE", "D5_D8", "viscous", "N*"):
         assert name not in text
 
 

@@ -155,7 +155,7 @@ def test_the_spring_in_a_recording_of_another_program_is_identified(tmp_path, ca
     assert terms["damping"]["value"] == pytest.approx(1.5 - 210.0 * 0.5e-3, abs=0.01)
     assert terms["centre"]["value"] == pytest.approx(2e-3, abs=2e-5)
     assert terms["stiffness"]["set"] is None
-    assert "hand's force is not measured" in found["parts"]["handle"]["words"][0]
+    assert "hand's force is not measured" in found["parts"]["handle"]["text"][0]
     assert found["force"].startswith("The force is taken from the file")
 
 

@@ -46,7 +46,7 @@ def test_the_json_has_columns_in_si_units(capsys, monkeypatch):
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-    assert found["words"].startswith(
+    assert found["text"].startswith(
         "After you let go, the handle is stable, 1.4 × below the limit. Limit without friction: "
     )
     assert found["handle"]["released"]["push"] is None
@@ -70,7 +70,7 @@ def test_several_stable_intervals_are_reported(capsys):
     code, out, _ = run(capsys, *loop, *more)
     found = json.loads(out)
     assert code == 0
-    assert found["words"].endswith("Stable again from 341 to 1,562 N/m.")
+    assert found["text"].endswith("Stable again from 341 to 1,562 N/m.")
     ((low, high),) = found["stable_again"]
     assert (round(found["limit"]), round(low), round(high)) == (256, 341, 1562)
     cells = found["map"]
