@@ -219,7 +219,7 @@ def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, 
     part.job.cancel()
     QTest.mouseClick(part.choose_own, Qt.MouseButton.LeftButton)
     assert part.own is None
-    assert part.force.text().startswith("Force: 6 % of the force")
+    assert part.force.text().startswith("Force: most people notice 6 % of the force")
     part.run()
     qtbot.waitUntil(lambda: given == [own.weber.value, 0.06])
     part.job.cancel()
