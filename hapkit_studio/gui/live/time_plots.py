@@ -216,8 +216,8 @@ class TraceCanvas(Canvas):
         The first plot has no such label, because it shows the dividers' labels.
         """
         start, stop = (self.pixel(time, 0.0).x() for time in evaluated)
-        left, row = max(start, box.left()) + _BESIDE, box.top() + _ROW
-        if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
+        left, row = max(start, box.left()) + theme.px(_BESIDE), box.top() + theme.px(_ROW)
+        if left + _wide(_EVALUATED) + theme.px(_BESIDE) < min(stop, box.right()):
             painter.fillRect(_label_box(left, row, _EVALUATED) & box, theme.color("accentsoft", _GROUND))
             self.note(painter, left, row, _EVALUATED, "accent")
 
@@ -226,24 +226,26 @@ class TraceCanvas(Canvas):
 
         A gap's label is in its middle; a divider's label covers neither the trace nor a cursor's tag.
         """
-        right, taken = box.right() - _BESIDE, []
+        beside, below = theme.px(_BESIDE), theme.px(_ROW)
+        right, taken = box.right() - beside, []
         for start, stop in self.shown.gaps:
-            left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
+            left = max(self.pixel(start, 0.0).x(), box.left()) + beside
             words = f"No data for {number(stop - start, 1)} s"
-            if left + _wide(words) + _BESIDE < min(self.pixel(stop, 0.0).x(), box.right()):
+            if left + _wide(words) + beside < min(self.pixel(stop, 0.0).x(), box.right()):
                 self.note(painter, left, box.center().y(), words, "warn")
                 taken.append(_label_box(left, box.center().y(), words))
-        newest, ends = True, dict.fromkeys((box.top() + _ROW, box.bottom() - _ROW + _LETTERS), right)
+        lowest = box.bottom() - below + theme.px(_LETTERS)
+        newest, ends = True, dict.fromkeys((box.top() + below, lowest), right)
         for time, words in reversed(self.shown.dividers):
             x, wide = self.pixel(time, 0.0).x(), _wide(words)
-            left = min(x + _BESIDE, right - wide) if newest else x + _BESIDE
+            left = min(x + beside, right - wide) if newest else x + beside
             hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
             for tag in self._tag_boxes(box).values():
                 hidden |= {r: math.inf for r in hidden if tag.intersects(_label_box(left, r, words))}
             row = min(hidden, key=hidden.__getitem__, default=0.0)
             # skip an older label that would overlap a newer one, a tag or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
-                ends[row] = min(left, x) - _BESIDE
+                ends[row] = min(left, x) - beside
                 ground = _label_box(left, row, words)
                 painter.fillRect(ground & box, theme.color("plot", _GROUND))
                 self.note(painter, left, row, words, "ink2")
@@ -255,7 +257,8 @@ class TraceCanvas(Canvas):
         """Return how many points of the trace a label between two columns would cover."""
         window, channel = self.shown.window, self.plot_of.traces[-1].channel
         x, y = self.to_pixels(window.x - self.shown.zero, window.y[channel] * self.plot_of.scale)
-        return int(np.count_nonzero((x > left) & (x < right) & (y > row - _ROW) & (y < row + _BESIDE)))
+        top, bottom = row - theme.px(_ROW), row + theme.px(_BESIDE)
+        return int(np.count_nonzero((x > left) & (x < right) & (y > top) & (y < bottom)))
 
     def _tags(self, painter: QPainter, box: QRectF) -> None:
         """Paint the cursors' names on top of their lines."""
@@ -350,7 +353,7 @@ class TraceCanvas(Canvas):
             text = f"{number(self.shown.pointer, 3)} s   {text}"
         left = x > box.center().x()
         beside = x - 8 - _wide(text) if left else x + 8
-        rows = box.bottom() - 6, box.center().y() + _LETTERS / 2, box.top() + _ROW
+        rows = box.bottom() - 6, box.center().y() + theme.px(_LETTERS) / 2, box.top() + theme.px(_ROW)
         free = (row for row in rows if not any(_label_box(beside, row, text).intersects(b) for b in labels))
         self.note(painter, beside, next(free, rows[0]), text, trace.color)
 
@@ -362,7 +365,8 @@ def _wide(words: str) -> float:
 
 def _label_box(left: float, row: float, words: str) -> QRectF:
     """Return the box of a label; ``left`` is its left edge and ``row`` its base line, in px."""
-    return QRectF(left, row - _LETTERS, _wide(words), _LETTERS).adjusted(-3, -3, 3, 4)
+    high = theme.px(_LETTERS)
+    return QRectF(left, row - high, _wide(words), high).adjusted(-3, -3, 3, 4)
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:

@@ -291,6 +291,24 @@ def test_a_divider_label_avoids_a_cursors_tag(plots, monkeypatch, cursor, side):
     assert np.sign(canvas.measure().center().y() - rows_of["Spring"]) == side
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_divider_label_is_inside_the_frame_on_the_projector(plots, monkeypatch, side):
+    theme.set_scale(2.0)
+    try:
+        show_divided(plots, side)
+        canvas, boxes = plots.canvases[0], {}
+
+        def note(_painter, x, y, text, _token):
+            metrics = QFontMetricsF(theme.font("label"))
+            boxes[text] = metrics.tightBoundingRect(text).translated(x, y)
+
+        monkeypatch.setattr(canvas, "note", note)
+        canvas.grab()
+        assert canvas.measure().adjusted(2, 2, -2, -2).contains(boxes["Spring"])
+    finally:
+        theme.set_scale(1.0)
+
+
 def test_a_divider_crosses_all_plots_and_is_labelled_once(plots, history):
     """The label of an older divider is hidden if a newer one would overlap it."""
 
