@@ -52,9 +52,9 @@ def identify_figure(found: "Identified", path: str | Path, source: Sequence[tupl
 
 def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
     """Draw a part's terms side by side, with residuals below; ``end`` is the origin of the time axis in s."""
-    if part.points is None:
+    names = [name for name in part.points.names if name in AXES][:_MOST_PANELS] if part.points else []
+    if part.points is None or not names:  # without motion, only a constant force is fitted
         return
-    names = [name for name in part.points.names if name in AXES][:_MOST_PANELS]
     high = 72.0 * figure.get_figheight() if hasattr(figure, "get_figheight") else _BOTH
     rows = (3, 1) if high >= _BOTH else (1,)
     grid = figure.add_gridspec(len(rows), len(names), height_ratios=rows)

@@ -2,15 +2,19 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_csv, from_run, identify
-from hapkit_studio.analysis.identify.estimates import Estimate
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points
 from hapkit_studio.analysis.identify.recording import Handle, Setup
 from hapkit_studio.analysis.identify.texts import confirms, deviation, line, measured
 from hapkit_studio.charts import identify as charts
+from hapkit_studio.charts.style import colors
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
 from tests.analysis.identify.motions import shaken
@@ -121,6 +125,15 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
         assert "± is only the uncertainty of the fit" in said
         assert "90 % of this constant, it gives 90 % of these values" in said
         assert "Measure the constant with known weights, springs or a kitchen scale" in said
+
+
+def test_a_fit_of_a_constant_force_alone_has_an_empty_chart():
+    """The handle did not move, so no term acts on anything that varies."""
+    fit = SimpleNamespace(beta=np.zeros(1))
+    points = Points(np.arange(3.0), ("offset",), np.ones((3, 1)), np.zeros(3), fit)
+    figure = Figure()
+    charts.draw(figure, colors(), Part("rendered", points=points), 0.0)
+    assert figure.axes == []
 
 
 @pytest.mark.slow
