@@ -127,12 +127,12 @@ def test_a_law_that_drifts_is_active_with_advice_at_its_line(opened, qtbot):
     code, message = window.editor.page.code, window.editor.message
     assert code.marks == {}
     assert list(code.remarks) == [LAW_LINE]
-    assert "count calls, `s.t += 1`" in code.remarks[LAW_LINE]
+    assert "count the calls, `s.t += 1`" in code.remarks[LAW_LINE]
     assert message.tone == "warn"
-    assert message.words.text().startswith(f"The law is running. Line {LAW_LINE}: `s.t` drifts")
+    assert message.words.text().startswith(f"The law is running. Line {LAW_LINE}: `s.t` becomes inaccurate")
     window.actions_by_key.run("environment.export")
     (sheet,) = window.findChildren(ExportDialog)
-    assert f"Line {LAW_LINE}: `s.t` drifts" in sheet.verdict.words.text()
+    assert f"Line {LAW_LINE}: `s.t` becomes inaccurate" in sheet.verdict.words.text()
     path = window.editor.path
     window.editor.close()
     window.editor.edit(path)

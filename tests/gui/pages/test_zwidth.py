@@ -182,7 +182,7 @@ def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, win
     assert page.walls.points == ()
     assert not page.table.isVisible()
     page.where.button(SIMULATION).click()
-    assert page.answer.words.text().startswith("At b = 2")
+    assert page.answer.words.text().startswith("With damping b = 2 N·s/m")
     assert page.bar.export.isEnabled()
 
 
