@@ -272,7 +272,9 @@ def extend_cells(r: LoopArrays, position: float, period: float) -> None:
 
 @internal
 def reach(r: LoopArrays, position: float, period: float) -> int:
-    """Return the last cell to evaluate; it is beyond the position after one period at twice the speed.
+    """Return the last cell to evaluate.
+
+    It is beyond the position that the handle reaches in one period at twice its speed.
 
     In a live loop the law's duration limits the number of cells.
     """

@@ -155,7 +155,8 @@ def lock_memory() -> None:
 def keep_processors_awake() -> bool:
     """Request a wake-up latency of 0 µs until released, if permitted (the kernel's PM QoS interface).
 
-    A host resumes a halted virtual processor late: p99.9 is 3 ms without the request, and 0.18 ms with it.
+    A host resumes a halted virtual processor late: the 99.9th percentile of the lateness is 3 ms without the
+    request, and 0.18 ms with it.
     """
     let_processors_sleep()
     try:
