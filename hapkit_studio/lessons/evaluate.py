@@ -36,7 +36,7 @@ _ENOUGH = 0.95  # minimum fraction of a window's length that must have been reco
 class Result:
     """The result of a check: its state, a sentence, and the value in SI.
 
-    The value has the half width of its 95 % confidence interval.
+    The value comes with the half width of its 95 % confidence interval.
 
     ``start`` and ``stop`` are the limits of the evaluated interval in s after the start of the recording; NaN
     if there is none. ``stamp`` is a hash of the interval's samples.
