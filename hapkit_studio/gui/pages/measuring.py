@@ -1,4 +1,7 @@
-"""Base class of measuring views: run bar, answer, drawing and export; the side has a table and conditions."""
+"""Base class of measuring views.
+
+A view has a run bar, an answer, a drawing and an export. Its side panel has a table and the conditions.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -275,7 +278,7 @@ class MeasuringPage(Page):
     def first(self) -> str:
         """Return the name of a measurement that starts when the page is first shown; "" for none.
 
-        It must take only seconds and move no motor.
+        The measurement must take only seconds and move no motor.
         """
         return ""
 

@@ -1,4 +1,7 @@
-"""Opens a recording from a file: a session, a known table, or a table whose columns the user names."""
+"""Opens a recording from a file: a session or a table.
+
+If a table has unknown columns, the user names them.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -72,7 +75,7 @@ class RecordingOpener(QObject):
 
 
 class ColumnsDialog(FormDialog):
-    """Asks which column of an unknown table is which quantity, and its unit; a guess is preselected."""
+    """Asks for the column and the unit of each quantity in an unknown table; a guess is preselected."""
 
     def __init__(
         self,
@@ -114,7 +117,7 @@ class ColumnsDialog(FormDialog):
         return {key: TableColumn(name, self.units[key].currentText()) for key, name in chosen.items() if name}
 
     def _refresh(self) -> None:
-        """Show which columns are still to be chosen."""
+        """Show for which quantities the user must still choose a column."""
         chosen = self.columns
         missing = [quantity for quantity in NEEDED if quantity not in chosen]
         twice = len({column.name for column in chosen.values()}) < len(chosen)

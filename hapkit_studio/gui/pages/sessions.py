@@ -46,7 +46,7 @@ _CHOOSE = "Choose a session in the table."
 _SESSIONS = f"Sessions (*{SUFFIX})"
 _SEARCH = 260  # px: width of the search field
 _LONG_WORD = re.compile(r"\S{12,}")
-_WIDE, _VALUE = 232, 140  # px: width of the panel for texts, and for values beside their names
+_WIDE, _VALUE = 232, 140  # px: width of the texts in the panel, and of the values beside their names
 _LONGEST = 200  # maximum number of letters in a note or a name
 _MOST_LINES = 200  # maximum number of lines in the list of events
 _CHART = 190  # px: minimum size of the chart
@@ -57,7 +57,10 @@ Known = dict[tuple[Path, float, int], Overview]
 
 
 def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known:
-    """Return each file's overview by path, time and size; files in ``known`` are not read again."""
+    """Return each file's overview by path, modification time and size.
+
+    Files in ``known`` are not read again.
+    """
     found: Known = {}
     for done, path in enumerate(paths):
         progress(done, len(paths))

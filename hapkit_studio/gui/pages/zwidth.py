@@ -38,7 +38,10 @@ _HOW_IT_IS_TRIED = (
 
 
 class ZWidthPage(MeasuringPage):
-    """Shows points one by one; on a device, the scene shows the wall and the hand's movement."""
+    """Shows each point as soon as it is measured.
+
+    During a measurement on a device, the scene shows the wall and how to move the hand.
+    """
 
     file = "z-width"
     heading, about = "Z-width", "The stiffest wall without lasting buzzing, for each virtual damping."
@@ -79,7 +82,7 @@ class ZWidthPage(MeasuringPage):
 
     @property
     def result(self) -> ZWidth | None:
-        """Return the result for the chosen place; None if it has not been measured yet."""
+        """Return the result for the chosen place (simulation or device); None if it is not measured yet."""
         return self._results.get(self.where.index)
 
     # methods that measure

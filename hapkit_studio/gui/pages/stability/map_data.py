@@ -17,7 +17,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.state.background import Progress, Work
 
-# if the dot is beyond this fraction of an axis, new axes are computed
+# if the dot for the rendered impedance is beyond this fraction of an axis, new axes are computed
 _EDGE = 0.95
 
 
@@ -25,8 +25,8 @@ _EDGE = 0.95
 class LinesRequest:
     """A request for the map's lines: the loop's settings, the rendered impedance and the axes.
 
-    ``axes`` are the present width in N·s/m and top in N/m; they are kept if the dot fits in them. ``asked``
-    is the input of the scene's verdict.
+    ``axes`` are the map's present limits, damping in N·s/m and stiffness in N/m; they are kept if the dot for
+    the rendered impedance lies within them. ``asked`` is the input of the scene's verdict.
     """
 
     setting: LoopSettings
@@ -37,7 +37,7 @@ class LinesRequest:
     asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
-        """Return the margin of the rendered impedance with a given hand, as in the scene's verdict."""
+        """Return the stability margin of the rendered impedance with a hand, as in the scene's verdict."""
         if self.asked is not None:
             return self.asked.margin(hand)
         return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
@@ -45,7 +45,7 @@ class LinesRequest:
 
 @dataclass(frozen=True)
 class Lines:
-    """The computed lines: a plane and, if requested, each hand's exact boundary (n,) in N/m.
+    """The computed lines: a plane of ``kb_plane`` and, if requested, each hand's exact boundary (n,) in N/m.
 
     ``dampings`` is each hand's damping limit in N·s/m if no stiffness is rendered.
     """
@@ -125,7 +125,7 @@ class Measured:
     def text(self, axes: tuple[float, float]) -> str:
         """Describe the number of cells and the duration.
 
-        If the map's axes are wider, describe the measured range.
+        If the map's axes are wider than those of the measurement, describe the measured range instead.
         """
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
@@ -151,7 +151,7 @@ class Results:
         self.all = [*kept, measured]
 
     def prefer(self, setting: LoopSettings, real: bool) -> None:
-        """Move the measurement of these conditions to the end, if there is one."""
+        """Show the measurement under these conditions, if there is one, by moving it to the end."""
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
     def outdated(self, setting: LoopSettings, real: bool) -> bool:

@@ -152,7 +152,10 @@ class StabilityPage(MeasuringPage):
 
     @property
     def trial_conditions(self) -> TrialConditions | None:
-        """Return the predicted behaviour of a released handle; None before the lines are known."""
+        """Return the predicted behaviour and the release position for a trial.
+
+        Return None before the lines are known.
+        """
         asked = self.lines.question.asked if self.lines else None
         if self.lines is None or asked is None or self.lines.plane.said is None:
             return None
@@ -229,7 +232,10 @@ class StabilityPage(MeasuringPage):
         )
 
     def _show_all(self) -> None:
-        """Show verdict, map and conditions, and how long the measurement took or that it is out of date."""
+        """Show verdict, map and conditions.
+
+        Also show how long the measurement took, or that it is out of date.
+        """
         if self.lines is None:
             return
         plane, real = self.lines.plane, self.real.isChecked()

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-# m: minimum and maximum distance of a trial, and its distance if the handle settles after every push
+# m: minimum and maximum starting distance of a trial; starting distance if the handle settles after every
+# push
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
 # distance of a trial if a larger push does not settle: the largest push that settles × _TIMES + _MORE (m)
 _TIMES, _MORE = 2.0, 0.0005
@@ -40,7 +41,7 @@ class TrialConditions:
 
 
 def starting_distance(does: Behaviour) -> float:
-    """Return the distance in m from rest at which a trial releases the handle.
+    """Return the distance in m from the rest position at which a trial releases the handle.
 
     If the handle does not settle after every push, the distance is beyond the largest push that settles.
     """
@@ -222,7 +223,7 @@ class Trial(QObject):
             self.changed.emit()
 
     def judge(self) -> None:
-        """Compare the handle's motion since its release with the verdict, and report it."""
+        """Compare the handle's motion since its release with the verdict, and report the result."""
         if self._conditions is None:
             return
         window = self._live.history.between(self._since, math.inf)

@@ -32,7 +32,7 @@ class Verdict:
 
 
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
-    """Return the class that was measured at a point; None outside the measured axes."""
+    """Return the class that was measured for the map's cell at a point; None outside the measured axes."""
     rows, columns = measured.cells.classes.shape
     across, up = damping / measured.axes[0], stiffness / measured.axes[1]
     if not (0.0 <= across <= 1.0 and 0.0 <= up <= 1.0):
@@ -56,7 +56,8 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
 def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     """Return a title, and the name and value of every limit.
 
-    The limits apply to the stiffness at the rendered damping; without stiffness, to the damping.
+    The limits are those of the stiffness at the rendered damping. If no stiffness is rendered, they are those
+    of the damping.
     """
     plane, asked = lines.plane, lines.question.asked
     across = plane.margin.damping
