@@ -1,4 +1,4 @@
-"""A table that shows the differences between two settings."""
+"""A table that shows the differences between two sets of settings."""
 
 from collections.abc import Iterable
 

@@ -77,7 +77,7 @@ class LoopFacts(QObject):
         return engine.loop_of(COMPUTER if engine.decision().in_force is None else BOARD, self.delay, hand)
 
     def why_unknown(self) -> tuple[str, str]:
-        """Return the reason why there is no setting, as a few words and as a sentence."""
+        """Return the reason why ``setting`` returns None, as a few words and as a sentence."""
         engine, link = self._studio.engine, self._studio.link
         if engine is None:
             known = link.state == "idle" and link.text
@@ -146,7 +146,7 @@ class CardResult:
 
 @lru_cache(maxsize=256)
 def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
-    """Return both boundaries for damping from zero to a width in N·s/m."""
+    """Return the exact and the friction boundary for dampings from zero to a width in N·s/m."""
     from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     across = np.linspace(0.0, width, POINTS)

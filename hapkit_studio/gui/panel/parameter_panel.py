@@ -196,7 +196,9 @@ class ParameterRows(QWidget):
 
 
 class ParameterPanel(QWidget):
-    """The whole panel. A and B, warnings and verdict stay visible at the bottom; the other parts scroll.
+    """The whole panel.
+
+    The settings A and B, warnings and verdict stay visible at the bottom; the rest scrolls.
 
     If the panel is not high enough, the map below the verdict is hidden.
     """

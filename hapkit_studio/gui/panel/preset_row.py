@@ -72,7 +72,7 @@ class Presets(QObject):
         self.changed.emit()
 
     def compared(self, path: Path) -> list[Difference]:
-        """Return the settings that a preset would change; raise PresetError."""
+        """Return the settings that a preset would change; raise PresetError if its file is invalid."""
         settings = presets.read(path, self._studio.environments)
         return differences(self._studio, settings_of(self._studio), settings)
 
@@ -98,7 +98,7 @@ class Presets(QObject):
             self._show_message("Preset not restored", [str(error)])
 
     def bring(self) -> None:
-        """Ask for a file, apply it and store a copy."""
+        """Ask for a preset's file, apply it, and store a copy."""
         choose_file(
             self._window, "Import preset", "Presets (*.toml)", lambda path: self.import_file(Path(path))
         )
@@ -112,7 +112,10 @@ class Presets(QObject):
                 self._show_message("Preset not saved", [f"{path.name} was applied, but not saved: {error}"])
 
     def save(self, name: str, with_loop: bool) -> None:
-        """Save the current settings under a name; raise ParameterError, OSError."""
+        """Save the current settings under a name.
+
+        Raise ParameterError for an invalid name, and OSError if the file cannot be written.
+        """
         environment, saved = self._studio.environment, settings_of_scene(self._studio, with_loop)
         presets.write(environment, name, saved)
         self._chosen[environment.key] = name, saved
@@ -265,7 +268,10 @@ class PresetRow(QWidget):
         self._add("Import preset…", presets_.bring)
 
     def _would_change(self, path: Path) -> str:
-        """Return one line per change that a preset would make, a sentence if none, or its errors."""
+        """Return one line per change that a preset would make.
+
+        If there is no change, return a sentence; if the preset is invalid, return its errors.
+        """
         try:
             return "\n".join(map(str, self._presets.compared(path))) or "This preset changes nothing"
         except ParameterError as error:

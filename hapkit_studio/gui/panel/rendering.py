@@ -273,7 +273,7 @@ class RenderingSwitch(QWidget):
             self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
-        """If the board refuses the current law, search for an option that it can render."""
+        """If the board refuses the current law, search for another option of a choice that it can render."""
         decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
         if not decision.refusal or offer is None:
             self._finder.forget()

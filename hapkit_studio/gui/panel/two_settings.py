@@ -73,7 +73,10 @@ class TwoSettings(QObject):
         )
 
     def step(self) -> None:
-        """Store the current settings as A; the next time as B, if they differ; later, switch between both."""
+        """Store the current settings as A, and in the next call as B if they differ.
+
+        Later calls switch between both.
+        """
         stored = self._stored.setdefault(self._studio.environment.key, [])
         if len(stored) == len(NAMES):
             target = self.target
