@@ -93,8 +93,8 @@ def point_out(
 ) -> bool:
     """Draw an arrow with a text at the edge if an object is outside the picture.
 
-    ``left`` and ``right`` are the object's columns; ``tokens`` are the colours of the arrow's fill and
-    outline. Return False while the object is visible.
+    ``left`` and ``right`` are the pixel columns of the object's edges; ``tokens`` are the colours of the
+    arrow's fill and outline. Return False while the object is visible.
     """
     if right >= 0.0 and left <= stage.width:
         return False
@@ -195,9 +195,9 @@ class Scene:
     A user's environment may name this scene although its parameters and state differ. ``fixed`` is painted
     once for each size, theme and set of parameters, and includes marks below the rail. ``moving`` is painted
     behind the handle in every frame. ``labels`` is painted last, when the occupied areas are known.
-    ``per_newton`` is the arrow's length in px at u = 1. ``tip`` returns the row in px where the stem ends on
-    a surface. ``height`` is the preferred height of the card in px. ``widest`` is the maximum width of the
-    picture as a multiple of its height.
+    ``per_newton`` is the force arrow's length in px per newton at u = 1. ``tip`` returns the row in px where
+    the stem ends on a surface. ``height`` is the preferred height of the card in px. ``widest`` is the
+    maximum width of the picture as a multiple of its height.
     """
 
     environment: Environment | None = None

@@ -7,7 +7,8 @@ from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, saturating
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
-_LEVEL, _ROOM = 0.42, 0.38  # fractions of the band: the level of the ground, and the largest height above it
+# fractions of the picture's height above the rail: level of the ground, largest height above the ground
+_LEVEL, _ROOM = 0.42, 0.38
 _REFERENCE = 2e-3  # m: a hill of this height is drawn with 63 % of the largest height
 
 

@@ -10,8 +10,9 @@ from hapkit_studio.gui.scenes.stage import Stage
 
 CAP, NUB = 3.6, 3.4  # mm: thickness of cap and nub
 _SHOULDER, _DIMPLE = 1.8, 0.6  # mm: minimum height of the snapped dome above base and nub
-_DOME = 0.42  # half the height of the dome, as a fraction of the band
-_PLATE, _PIN = 0.33, 0.09  # half the heights of cap and nub, as fractions of the band
+_DOME = 0.42  # half the height of the dome, as a fraction of the picture's height above the rail
+# half the heights of cap and nub, as fractions of the picture's height above the rail
+_PLATE, _PIN = 0.33, 0.09
 
 
 def _surface(values: Values) -> float:

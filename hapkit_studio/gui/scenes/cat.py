@@ -52,7 +52,10 @@ _PAD_WIDE, _PAD_HIGH = 34.0, 11.0
 
 @dataclass(frozen=True)
 class Mood:
-    """Contentment −1..1, breath in rad, remaining seconds of swat and sulk, and bend of the hairs −1..1."""
+    """The cat's contentment −1..1, breath in rad, and bend of the hairs −1..1.
+
+    ``swat`` and ``sulk`` are the times in s for which the cat still swats or sulks.
+    """
 
     contentment: float = 0.0
     breath: float = 0.0
@@ -151,7 +154,7 @@ def part(
     stage: Stage, names: tuple[str, ...], pivot: tuple[float, float], scale: tuple[float, float],
     at: QPointF | None = None, turn: float = 0.0, stretch: float = 1.0,
 ) -> None:  # fmt: skip
-    """Paint groups of the drawing: pivot at a point, rotated by ``turn`` degrees, stretched vertically."""
+    """Paint groups of the drawing, rotated by ``turn`` degrees around a pivot and stretched vertically."""
     corner, picture = _picture(names, *scale, stage.ratio, theme.name)
     stage.p.save()
     stage.p.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -192,7 +195,7 @@ def pad_height(mm: float, mood: Mood) -> float:
 
 
 def y(stage: Stage, share: float) -> float:
-    """Return the row in px of a fraction of the cat's height."""
+    """Return the pixel row at a fraction of the cat's height."""
     return stage.rail - 2.0 * stage.u - share * stage.band
 
 

@@ -7,7 +7,8 @@ from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 
-_LEVEL, _ROOM = 0.52, 0.42  # fractions of the band: the level of the ground, and the largest depth of a well
+# fractions of the picture's height above the rail: level of the ground, largest depth of a well
+_LEVEL, _ROOM = 0.52, 0.42
 _ENERGY = 1.1e-3  # J: a well of this energy is drawn with 63 % of the largest depth
 _STEEPEST = 1.6  # maximum ratio of a well's depth to half its width, so that the ball fits into the well
 _LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball

@@ -12,12 +12,12 @@ from hapkit_studio.gui.scenes.parts import ground
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_LEVEL = 0.34  # level of the ground, as a fraction of the band
+_LEVEL = 0.34  # level of the ground, as a fraction of the picture's height above the rail
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
 _HEIGHT = 15.0  # px at u = 1: distance from the pad to the ground
 _REACH = 22.0  # px at u = 1: maximum deflection of the bristles, which then lie flat
-_STILL = 2.0  # mm: below this motion in the last frames, the user can read a label
+_STILL = 2.0  # mm: if the handle has moved less than this in the last frames, the user can read a label
 
 
 def _row(stage: Stage) -> float:

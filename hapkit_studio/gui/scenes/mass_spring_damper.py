@@ -11,7 +11,7 @@ from hapkit_studio.gui.widgets.theme import number
 
 _POST = 47.0  # mm: position of the post
 _TURNS = 7
-_COIL, _DASHPOT = 0.28, 0.74  # fractions of the block's height, measured from its top
+_COIL, _DASHPOT = 0.28, 0.74  # vertical positions on the block, as fractions of its height from its top
 
 
 def _rest(values: Values) -> float:

@@ -12,7 +12,8 @@ from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, occupy_stem, ri
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_LEVEL, _ROOM = 0.40, 0.22  # fractions of the band: the level of the ground, and the largest height above it
+# fractions of the picture's height above the rail: level of the ground, largest height above the ground
+_LEVEL, _ROOM = 0.40, 0.22
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge for 0.25 N and λ = 5 mm
 _CLOSE = 10.0  # px: ridges with a smaller spacing have a thin outline
 _FINEST = 3.5  # px: ridges or bands with a smaller spacing are drawn as one strip

@@ -25,7 +25,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 REACH = 0.06  # m: maximum distance of the simulated hand from the centre
-COARSE, FINE = 1e-3, 1e-4  # m: the hand moves by this much per arrow key, and with Shift
+COARSE, FINE = 1e-3, 1e-4  # m: the hand's step for one press of an arrow key, without and with Shift
 FARTHEST, STRONGEST = 1.0, 1e3  # m, N: maximum position and force in the drawing; larger values are clipped
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
