@@ -149,7 +149,7 @@ def _sessions(window: MainWindow) -> "SessionsPage":
 
 
 def _lists_sessions(window: MainWindow, button: str) -> bool:
-    """Return whether the view *Sessions* is visible and one of its buttons is enabled."""
+    """Return whether the view *Sessions* is visible and its button with this name is enabled."""
     return window.views.key == "sessions" and getattr(window.views.shown, button).isEnabled()
 
 

@@ -25,7 +25,10 @@ _SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
 
 
 class ExportDialog(FormDialog):
-    """Asks for kit, rate and file without blocking the window. Saving uses the parameters at that time."""
+    """Asks for kit, rate and file without blocking the window.
+
+    The sketch contains the parameters that are set when the user saves it.
+    """
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
@@ -69,7 +72,7 @@ class ExportDialog(FormDialog):
         return on_board.sketch_text(found, rate), found.calm
 
     def text(self) -> str:
-        """Return the sketch's text; raise ParameterError or LawError."""
+        """Return the sketch's text; raise ParameterError or LawError if there can be no sketch."""
         studio = self._studio
         return sketch.text(
             studio.environment,

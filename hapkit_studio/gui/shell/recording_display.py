@@ -61,7 +61,7 @@ class RecordingDisplay(QObject):
             self._banners.set("recording", None)
 
     def _status_field(self, progress: "Progress | None") -> tuple:
-        """Return text, sign and colour token for the status bar, and whether it links to the sessions."""
+        """Return text, sign and colour token of a status bar field, and whether it links to the sessions."""
         lost, newest = self._live.lost, self._recording.newest
         paused = "Paused. " if self._live.paused else ""
         if progress is not None:

@@ -86,7 +86,7 @@ _NO_MESSAGE = re.compile(
 
 
 class Message(NamedTuple):
-    """A message and the source file, without the ending, and line that it comes from."""
+    """A message and its origin: the source file's path without the ending, and the line."""
 
     module: str
     line: int

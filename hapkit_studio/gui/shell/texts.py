@@ -47,7 +47,7 @@ from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets import style
 
 TOOLTIP, NAME = "tooltip", "name for a screen reader"
-_ROWS = 100  # rows of a table that are read
+_ROWS = 100  # maximum number of rows that are read from a table
 
 # Where the texts of a module are shown, in words that a student knows. The longest matching beginning
 # applies; "" means: at the place of the widget's parent.

@@ -30,7 +30,7 @@ HAND_KEYS = (
     ("Explain the law language (in the code)", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
-_LONGEST = 40  # maximum number of letters of a marker; a longer text has no space beside its divider
+_LONGEST = 40  # maximum number of letters of a marker; the plots have no space for a longer text
 
 
 class KeysDialog(TextDialog):
