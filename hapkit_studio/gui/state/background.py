@@ -1,4 +1,7 @@
-"""Background work: long jobs with progress and cancel, and quick requests; only the newest is answered."""
+"""Background work: long jobs with progress and cancel, and quick requests.
+
+If several requests wait, only the newest is answered.
+"""
 
 import time
 import traceback
@@ -25,9 +28,9 @@ class Job(QObject):
     """Runs one job at a time in a thread; a new job cancels the running one, and begins after its end.
 
     ``work(progress)`` returns the result. It must call ``progress(done, of)`` often; this call raises once
-    the job is cancelled. ``needs`` is the part that must be compiled before the job, or "". ``preparing`` is
-    emitted while this part is being compiled. ``must_finish``: ``end`` waits for the job and does not cancel
-    it, because an incomplete file is useless.
+    the job is cancelled. ``needs`` is the part of the program (see ``prepare``) that must be compiled before
+    the job, or "". ``preparing`` is emitted while this part is being compiled. ``must_finish``: ``end`` waits
+    for the job and does not cancel it, because an incomplete file is useless.
     """
 
     preparing = Signal()

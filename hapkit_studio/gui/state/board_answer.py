@@ -21,7 +21,7 @@ class BoardAnswer(QObject):
         device.engine_changed.connect(self.poll_soon)
 
     def poll_soon(self) -> None:
-        """A setting has changed: poll after POLL_MS."""
+        """Poll after POLL_MS, because a setting has changed."""
         self._timer.start()
 
     def poll(self) -> None:

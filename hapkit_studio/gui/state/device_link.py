@@ -37,7 +37,7 @@ class LinkStatus:
 
 
 def build_engine(entry: "DeviceEntry") -> "Engine":
-    """Make an entry's device and an engine for it; raise DeviceError."""
+    """Make an entry's device and an engine for it; raise DeviceError if this is not possible."""
     # imports numba, which must wait until the first frame is visible
     from hapkit_studio.haptics.engine import Engine
 
@@ -194,7 +194,10 @@ class DeviceLink(QObject):
         return old
 
     def _note_waiting(self, request: int, words: str) -> None:
-        """Show what the connection attempt is waiting for. A lost board is already connected again."""
+        """Show what the connection attempt is waiting for.
+
+        If the board was lost before, also say that it is connected again.
+        """
         link = self.link
         if request != self._request:
             return

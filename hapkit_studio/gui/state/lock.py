@@ -75,7 +75,7 @@ class Lock:
 
 
 def _place(given: object) -> Place | None:
-    """Return a setting that can be locked; None if the value is not one."""
+    """Return a stored value as a setting that can be locked; None if it is not such a setting."""
     if not isinstance(given, list) or not given or not all(isinstance(part, str) for part in given):
         return None
     return tuple(given) if len(given) == _LENGTHS.get(given[0]) else None

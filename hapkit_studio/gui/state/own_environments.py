@@ -102,7 +102,9 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
 
 
 class OwnEnvironments(QObject):
-    """The user's own environments. A file must pass a trial in another process before this one executes it.
+    """The user's own environments.
+
+    This process executes a file only after the file has passed a trial in another process.
 
     ``asked(source)``: the user has chosen an untrusted file. ``chosen``: the user has chosen a trusted file
     or a built-in environment. ``began(path)`` and ``judged(path, verdict)`` are emitted at the start and the
@@ -140,7 +142,7 @@ class OwnEnvironments(QObject):
             self.changed.emit()
 
     def seen(self, path: Path) -> Source:
-        """Return a file's text, cached until the file changes; raise LawError."""
+        """Return a file's text, cached until the file changes; raise LawError if the file cannot be read."""
         stamp = _stamp(path)
         if path not in self._seen or self._seen[path][0] != stamp:
             self._seen[path] = stamp, read(path)

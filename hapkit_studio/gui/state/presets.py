@@ -43,7 +43,7 @@ def found(environment: str) -> dict[str, Path]:
 
 
 def checked_name(name: str) -> str:
-    """Check that a name is a valid file name on every system, and return it; raise ParameterError."""
+    """Return a trimmed name; raise ParameterError unless it is a valid file name on every system."""
     name = name.strip().rstrip(".")
     if not _NAME.fullmatch(name):
         raise ParameterError(
@@ -53,7 +53,10 @@ def checked_name(name: str) -> str:
 
 
 def write(environment: Environment, name: str, settings: Snapshot) -> Path:
-    """Write settings of an environment under a name and return the file; raise OSError, ParameterError."""
+    """Write settings of an environment under a name, and return the file.
+
+    Raise ParameterError for an invalid name, and OSError if the file cannot be written.
+    """
     path = folder(environment.key) / f"{checked_name(name)}.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
@@ -63,7 +66,7 @@ def write(environment: Environment, name: str, settings: Snapshot) -> Path:
 
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Snapshot:
-    """Return the settings of a preset, checked against its environment; raise PresetError."""
+    """Return the settings of a preset; raise PresetError if they are invalid for its environment."""
     path = Path(path)
     table = load(path)
     key = table.pop("environment", None)
@@ -75,7 +78,7 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Snapshot:
 
 
 def load(path: Path) -> dict[str, Any]:
-    """Return the table of a preset or demo; raise PresetError."""
+    """Return the table of a preset or demo; raise PresetError if the file is invalid."""
     try:
         return read_toml(path)
     except FileError as error:
@@ -83,7 +86,7 @@ def load(path: Path) -> dict[str, Any]:
 
 
 def checked(table: dict[str, Any], environment: Environment) -> Snapshot:
-    """Return the settings of a table; raise PresetError with all its errors."""
+    """Return the settings of a table; if the table is invalid, raise PresetError with all errors."""
     wrong = [
         f"A preset cannot have the entry {quoted(key)}." for key in table if key not in ("values", "loop")
     ]
@@ -118,7 +121,7 @@ def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple
 
 
 def number(parameter: AnyParameter, value: object) -> float:
-    """Convert a stored value to the number that the law uses; raise ParameterError.
+    """Convert a stored value to the number that the law uses; raise ParameterError if it is invalid.
 
     An option is stored by its name.
     """

@@ -86,7 +86,7 @@ class StoredSettings(QSettings):
 
 
 def _one_of(value: object, name: str, options: Collection[T]) -> T:
-    """Return the option that equals a value or its text; raise FileError."""
+    """Return the option that equals a value or its text; raise FileError if there is none."""
     for option in options:
         if (type(value) is type(option) and value == option) or value == str(option).lower():
             return option

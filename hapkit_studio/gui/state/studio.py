@@ -175,7 +175,7 @@ class Studio(QObject):
         return dict(self.library.values[key])
 
     def set_values_of(self, key: str, changes: Mapping[str, float]) -> None:
-        """Change several parameters of any environment; raise ParameterError."""
+        """Change several parameters of any environment; raise ParameterError if one is invalid."""
         if key == self.environment.key:
             self.set_values(changes)
         else:
@@ -201,7 +201,8 @@ class Studio(QObject):
         """Render values that differ from those in the window; None renders the shown values again.
 
         Meanwhile the user cannot change settings. If a measurement applies its values, or another environment
-        is selected, the values are no longer hidden. Raise ParameterError.
+        is selected, the values are no longer hidden. Raise ParameterError if a value is invalid or may not be
+        changed.
         """
         numbers = None if values is None else self.environment.values(values)
         if numbers is not None and not self.hidden:

@@ -207,7 +207,7 @@ class UndoHistory(QObject):
             self._name = ""
 
     def apply(self, settings: Snapshot) -> None:
-        """Apply settings without a new step; raise ParameterError."""
+        """Apply settings without a new step; raise ParameterError if one of them is refused."""
         self._applying = True
         try:
             put(self.studio, settings)
