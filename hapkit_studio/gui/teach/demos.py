@@ -76,7 +76,10 @@ def title(path: Path) -> str:
 
 
 def named(name: str) -> Path:
-    """Return the file of a shipped demo ("" means the first one) or the given path; raise ParameterError."""
+    """Return the file of a shipped demo ("" means the first one), or the given path.
+
+    Raise ParameterError if there is no such demo or file.
+    """
     known = shipped()
     name = name or next(iter(known))
     if name not in known and not Path(name).is_file():
@@ -85,7 +88,7 @@ def named(name: str) -> Path:
 
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
-    """Read a demo from a file and check it; raise PresetError."""
+    """Read a demo from a file; raise PresetError if it is invalid."""
     table = presets.load(Path(path))
     try:
         _check_keys(table, _DEMO, "demo")
@@ -112,7 +115,10 @@ def _step(
     entry: dict[str, Any], before: float | None, seconds: float, state: dict[str, Any],
     environments: Mapping[str, Environment],
 ) -> Step:  # fmt: skip
-    """Return a step, and update ``state`` with the entries that later steps inherit; raise ParameterError."""
+    """Return a step, and update ``state`` with the entries that later steps inherit.
+
+    Raise ParameterError for an invalid entry.
+    """
     _check_keys(entry, _STEP, "step")
     at = number(_AT, entry.get("at"))
     if before is None and at != 0.0:
@@ -136,7 +142,10 @@ def _step(
 
 
 def _path(given: object, at: float) -> Path_:
-    """Return the hand's path, given as [[s since the step, mm], …] or "release"; raise ParameterError."""
+    """Return the hand's path, given as [[s since the step, mm], …] or "release".
+
+    Raise ParameterError for an invalid path.
+    """
     if given == RELEASE:
         return ()
     if not given or not isinstance(given, list):
