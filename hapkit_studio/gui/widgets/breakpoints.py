@@ -1,7 +1,7 @@
 """Breakpoints: the window sizes below which parts are hidden or made smaller.
 
-The numbers in the comments give the order. All sizes are device-independent pixels at scale 1. In a large
-window, all parts grow by the same factor.
+The numbers in the comments give the order of these changes. All sizes are device-independent pixels at scale
+1. In a large window, all parts grow by the same factor.
 """
 
 # A window that is larger than LARGE in both directions is scaled up in steps. A window that is smaller than

@@ -11,7 +11,7 @@ from hapkit_studio.gui.widgets import icons
 class Tabs(QTabBar):
     """A row of tabs. Its last tabs move to a menu, except the first, the current and the ``pinned`` tab.
 
-    ``pinned`` is the data of a tab.
+    ``pinned`` is the data of a tab that always stays visible.
     """
 
     _fitting = True  # True until the construction is complete
