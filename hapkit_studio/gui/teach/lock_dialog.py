@@ -16,7 +16,7 @@ _LOCK = (
     "the choice of device and students' own laws are never locked."
 )
 _UNLOCK = "Enter the code to unlock all settings."
-_LOW, _ROW = 160, 24  # px: minimum height of the list, and height of a row
+_LOW, _ROW = 110, 24  # px: minimum height of the list, and height of a row
 
 
 class LockDialog(FormDialog):
