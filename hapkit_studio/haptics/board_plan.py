@@ -78,7 +78,7 @@ def _digest(data: bytes) -> int:
 
 @dataclass(frozen=True)
 class RenderingDecision:
-    """Who renders the settings in force, computer or board; only the engine decides this.
+    """The decision whether computer or board renders the settings in force; only the engine makes it.
 
     ``plan`` is how the board renders these settings, or would render them. It is None if the board cannot
     render them, or while the decision is ``pending``, which means that the law is being compiled for the

@@ -109,7 +109,7 @@ class Watch:
     past: deque = field(default_factory=deque)
 
     def poll(self, control: Record, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
-        """Return rate in Hz, lateness percentiles in µs, missed and lost ticks over WINDOW_SECONDS."""
+        """Return rate in Hz, lateness percentiles in µs, and missed or lost ticks, over WINDOW_SECONDS."""
         now, head, counts = time.perf_counter(), int(control.head[0]), bins.copy()
         missed = int(control.missed[0] + control.lost_frames[0])
         self.past.append((now, head, counts, missed))

@@ -393,8 +393,8 @@ def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> N
 def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     """Render the k-th decoded sample into the ring's next row; store the answer.
 
-    There is a gap if more than a period has passed by the board's clock. Lost samples count as answered with
-    the force of this answer.
+    The row is flagged as a gap if more than one period has passed by the board's clock. The force of this
+    answer also counts as the answer to lost samples.
     """
     sample = link.samples[k]
     lost, period = sample[codec.LOST], r.settings.period * (1.0 + sample[codec.LOST])

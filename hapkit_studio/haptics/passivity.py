@@ -18,9 +18,9 @@ limit. Of all motions through the same counts, the motion that keeps its velocit
 turn has the smallest integral of v².
 
 A delay of a fraction of a period is covered as well. If the force changes within a period, the controller
-assumes the largest energy, beyond that of the mean force, that a free handle can get. The controller's
-damping limits its effect, and this damping is delayed, too: it stabilises a spring if K (T/2 + td) - b is at
-most 0.75 of most_damping. Above 0.9, only the motor's force limit ends the growth.
+assumes the largest energy, beyond that of the mean force, that a free handle can get. The controller's effect
+is limited, because its damping is limited and delayed: it stabilises a spring if K (T/2 + td) - b is at most
+0.75 of most_damping. Above 0.9, only the motor's force limit ends the growth.
 """
 
 import math

@@ -38,8 +38,8 @@ _TURNED = 0.25
 class Quiet(NamedTuple):
     """Thresholds for rest, and the distance at which the handle has moved away."""
 
-    least: float  # m: a window with at most this range is at rest
-    reach: float  # m: a window with at most this range is at rest if its force is steady
+    least: float  # m: the handle is at rest if a window's positions span at most this
+    reach: float  # m: the handle is at rest if a window's positions span at most this and its force is steady
     force: float  # N: largest peak-to-peak change of a steady force
     still: int  # number of samples without any motion after which the handle is at rest
     far: float  # m: distance from the start at which the handle has moved away
