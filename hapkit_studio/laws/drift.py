@@ -39,8 +39,9 @@ class Form:
 
     ``parts`` are the dependencies of the step: DT, MOTION, FRACTION (a parameter or a non-integer number),
     and states by index. ``signs`` are the possible signs of the step; 0 means unknown. ``number`` is the
-    value if it is constant. ``limits`` are the sides on which the sum is limited. ``wrapped`` is true if a
-    modulo operation reduced the value. ``line`` is the line of the first assignment to the state.
+    value if it is constant. ``limits`` are the directions, as signs, in which the sum is limited. ``wrapped``
+    is true if a modulo operation reduced the value. ``line`` is the line of the first assignment to the
+    state.
     """
 
     base: int | None = None

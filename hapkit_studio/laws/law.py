@@ -45,7 +45,7 @@ class Law:
             raise LawError(f"A law can have at most {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
-        """Set the parameters, once; raise LawError if the function is outside the law language.
+        """Set the parameters and check the law; raise LawError if it does not belong to the law language.
 
         This translates a user's law at once. The studio's own laws are translated on first use, because tests
         have already checked them.

@@ -693,7 +693,9 @@ def rewritten(
 
 @dataclass(frozen=True)
 class CheckedLaw:
-    """The checked trees of a law and its functions; p, s and helpers are replaced by indices and names.
+    """The checked trees of a law and its functions.
+
+    In the trees, indices replace p and s, and unique names replace helpers.
 
     ``own`` are the names of the functions in the law's file. ``documents`` contains docstrings by function,
     and ``tables`` numbers by table name.
