@@ -134,7 +134,7 @@ def _evaluated(
 
 
 def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[float, float]]]:
-    """Return when each step was open, as (start, stop) in s after the session's start; {} if unknown."""
+    """Return the intervals (start, stop) of each step in s after the session's start; {} if unknown."""
     begin = float(session.starts[0])
     steps = [(event.time - begin, event.what.get("number")) for event in session.events if event.kind == STEP]
     found: dict[int, list[tuple[float, float]]] = {}

@@ -88,7 +88,7 @@ class Samples:
         return len(self.time)
 
     def between(self, start: float, stop: float) -> "Samples":
-        """Return the samples with start <= time <= stop, and the part of the settings log for them."""
+        """Return the samples with start <= time <= stop, with their part of the settings log."""
         first, last = np.searchsorted(self.time, [start, stop], "left")
         last += last < len(self.time) and self.time[last] == stop
         return self.cut(slice(int(first), int(last)))
