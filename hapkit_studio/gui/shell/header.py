@@ -107,8 +107,8 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
 class Header(QWidget):
     """Shows the device, the views and the buttons.
 
-    ``pause_pressed``, ``record_pressed`` and ``panel_pressed`` are emitted; the studio handles the other
-    buttons.
+    ``pause_pressed``, ``record_pressed`` and ``panel_pressed`` are emitted for three buttons; the studio
+    handles the others.
     """
 
     pause_pressed = Signal()
