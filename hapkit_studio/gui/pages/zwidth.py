@@ -40,7 +40,7 @@ _HOW_IT_IS_TRIED = (
 class ZWidthPage(MeasuringPage):
     """Shows each point as soon as it is measured.
 
-    During a measurement on a device, the scene shows the wall and how to move the hand.
+    During a measurement on a device, the scene shows the wall and how the hand moves.
     """
 
     file = "z-width"
