@@ -244,7 +244,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     assert gentler.endswith("N now, 1 N is enough.")
     assert "Hold the handle still" in said
     assert found.points[0].ended == HIGHEST
-    assert "a person's, held" in found.caption
+    assert "a person's hand" in found.caption
     assert_as_before(engine)
 
 
