@@ -102,7 +102,7 @@ class Facts(QWidget):
         super().__init__()
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 2, 0, 2)
-        grid.setHorizontalSpacing(12)
+        grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 1)
         self.columns = [[label(words, "fact", wrap=False) for words in (name, *ROWS)] for name in NAMES]
