@@ -146,7 +146,7 @@ class IdentifyPage(MeasuringPage):
         self.shaking.setToolTip(
             "The simulated hand moves the handle so that stiffness, damping and friction can be identified"
         )
-        self.opening, self.opener = QPushButton("Open file…"), RecordingOpener(self)
+        self.opening, self.opener = QPushButton("Open…"), RecordingOpener(self)
         self.opening.setToolTip(
             "Identify a recording from a file: a session, a CSV file, or a table of another program"
         )

@@ -16,6 +16,7 @@ Left out are:
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import NamedTuple
 
 from PySide6.QtCore import QAbstractListModel, QCoreApplication, QEvent, Qt
@@ -77,20 +78,15 @@ _PLACES = {
     "environments": "description of a scene",
     "gui/editor": "law editor",
     "gui/live": "Live view",
-    "gui/live/comparison": "comparison with a held or recorded trace",
+    "gui/live/comparison": "comparison with a kept or recorded curve",
     "gui/live/replay": "replay of a recording",
     "gui/live/trigger": "Trigger settings",
     "gui/pages": "",
-    "gui/pages/accuracy": "Speed and accuracy view",
-    "gui/pages/bode": "Bode view",
     "gui/pages/break_it": "Break it view",
-    "gui/pages/identify": "Identify view",
     "gui/pages/lessons": "Lessons view",
     "gui/pages/open_recording": "Identify view, opening a table",
     "gui/pages/review": "review of a student's work",
-    "gui/pages/sessions": "Sessions view",
     "gui/pages/stability": "Stability view",
-    "gui/pages/zwidth": "Z-width view",
     "gui/panel": "panel of settings",
     "gui/panel/loop": "panel of settings, loop",
     "gui/panel/rows": "",
@@ -219,7 +215,7 @@ def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
     for dialog in window.findChildren(QDialog):
         if dialog.isVisible():
             if isinstance(dialog, QFileDialog):
-                yield Text(f"{place}: title", dialog.windowTitle(), _module(dialog))
+                yield Text(f"{place}: title", dialog.windowTitle(), _module(type(dialog)))
             else:
                 yield from of_widgets(dialog, f"dialog {place}", fixed=True)
             dialog.close()
@@ -234,7 +230,7 @@ def of_widgets(top: QWidget, place: str, *, fixed: bool = False) -> Iterator[Tex
     for widget in (top, *top.findChildren(QWidget)):
         where = place if fixed else _place_of(widget) or place
         for kind, words in _of_widget(widget):
-            yield Text(f"{where}: {kind}", words, _module(widget))
+            yield Text(f"{where}: {kind}", words, _module(type(widget)))
         for action in widget.actions():
             yield from _of_action("menu" if isinstance(widget, QMenuBar | QMenu) else where, action)
 
@@ -299,20 +295,27 @@ def _place_of(widget: QWidget) -> str:
     """Return the place of the nearest parent whose module has a place; "" if none has one."""
     parent: QWidget | None = widget
     while parent is not None:
-        if place := _place(_module(parent)):
+        if place := _place(_module(type(parent))):
             return place if place != _PLACES["gui/shell"] else ""
         parent = parent.parentWidget()
     return ""
 
 
-def _module(widget: QWidget) -> str:
-    return type(widget).__module__.removeprefix("hapkit_studio.").replace(".", "/")
+def _module(of: object) -> str:
+    """Return the module of a class or function, as a path below the package."""
+    return of.__module__.removeprefix("hapkit_studio.").replace(".", "/")
+
+
+@cache
+def _places() -> dict[str, str]:
+    """Return _PLACES, and the titles of the views that are not in it."""
+    return {_module(view.build): f"{view.title} view" for view in pages.discover().values()} | _PLACES
 
 
 def _place(module: str) -> str:
     """Return the place of a module's texts in words of a student; "" if it has no place of its own."""
-    begins = max((start for start in _PLACES if module.startswith(start)), key=len, default="")
-    return _PLACES.get(begins, "")
+    begins = max((start for start in _places() if module.startswith(start)), key=len, default="")
+    return _places().get(begins, "")
 
 
 def _settle() -> None:
