@@ -73,7 +73,7 @@ class ScaleStep(StepPage):
     # marks
 
     def take_mark(self) -> None:
-        """Take the mark at which the user holds the handle now."""
+        """Record the mark at which the user holds the handle now."""
         place = self.place.si
         self.run_job("Hold the handle still…", lambda work: work.take_mark(place), self._mark_taken)
 
