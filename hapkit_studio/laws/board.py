@@ -72,7 +72,7 @@ class Program:
 
     @property
     def data(self) -> bytes:
-        """Return the bytes to send in chunks."""
+        """Return all bytes of the program; the caller sends them in chunks."""
         return struct.pack(f"<{len(self.given)}f", *self.given) + self.code
 
 

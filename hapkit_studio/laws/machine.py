@@ -210,8 +210,8 @@ _FUNCTIONS: dict[str, Callable] = {
 def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
     """Return the mean cycles per call, and how often each instruction is executed per call.
 
-    The cycles are those of the test motion with the highest mean; the executions are means over all test
-    motions.
+    The cycles are those of the test motion with the highest mean; the execution counts are means over all
+    test motions.
 
     The arithmetic is double precision, and undefined values count as 0, because only the path matters.
     """
