@@ -35,7 +35,7 @@ class Title(QLabel):
         super().__init__(textFormat=Qt.TextFormat.PlainText, wordWrap=True)
 
     def show_text(self, words: str) -> None:
-        """Show another title."""
+        """Change the title."""
         self.setText(words)
         self._fit()
 
@@ -148,7 +148,7 @@ class ParameterRows(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Create the rows of another environment."""
+        """Create the rows of the current environment after a change of environment."""
         environment = self._studio.environment
         formula = (
             f"{environment.formula}, with {environment.symbols}."
