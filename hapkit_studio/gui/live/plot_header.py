@@ -92,7 +92,7 @@ class Header(QWidget):
         super().__init__()
         self.plot = plot
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        lines: list[QWidget] = []
+        self.lines: list[QWidget] = []
         self.object: list[QWidget] = []
         several = len([trace for trace in plot.traces if trace.label]) > 1
         for trace in reversed(plot.traces):
@@ -101,10 +101,10 @@ class Header(QWidget):
             if not trace.label:
                 self.object = line
             elif several:
-                lines += line
+                self.lines += line
         if plot.limits:
             limit = "The largest force that the motor may give. A larger asked force is cut to this value"
-            lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
+            self.lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Position of the surface")
         self.surface = surface if plot.surface else []
         self.back = _button("Back to the live plots, and switch the trigger off (Backspace)")
@@ -120,7 +120,7 @@ class Header(QWidget):
         self.value.setProperty("ink", plot.traces[-1].color)
         # a plot among the force plots needs no title, because the switch above it shows its name
         name = () if plot.beside else (title, 3)
-        parts = (*name, *lines, *self.object, *self.surface)
+        parts = (*name, *self.lines, *self.object, *self.surface)
         ends = ((self.remark, 1), self.back, self.unlock, self.value)
         hbox(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         for part in (self.object, self.surface):
@@ -131,6 +131,17 @@ class Header(QWidget):
     def sizeHint(self) -> QSize:
         """Return this header's natural width, and the common height of all headers."""
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Hide the samples of the lines if otherwise the value would be cut off."""
+        super().resizeEvent(event)
+        layout = self.layout()
+        assert layout is not None
+        for part in self.lines:
+            part.show()
+        fits = layout.totalSizeHint().width() <= self.width()
+        for part in self.lines:
+            part.setVisible(fits)
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
         """Show a line's sample with a label; an empty label hides the sample."""

@@ -291,6 +291,18 @@ def test_a_divider_label_avoids_a_cursors_tag(plots, monkeypatch, cursor, side):
     assert np.sign(canvas.measure().center().y() - rows_of["Spring"]) == side
 
 
+@pytest.mark.parametrize("wide", [150, 180, 240, 400, 700])
+def test_the_value_in_a_header_is_never_cut_off(plots, qapp, wide):
+    header = next(header for header in plots.headers if header.plot.key == "force")
+    header.show_value(-2.04)
+    header.setParent(None)
+    header.resize(wide, header.height())
+    header.show()
+    qapp.processEvents()
+    assert header.value.width() >= header.value.sizeHint().width()
+    assert all(part.isVisible() == (wide >= 400) for part in header.lines)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_divider_label_is_inside_the_frame_on_the_projector(plots, monkeypatch, side):
     theme.set_scale(2.0)
