@@ -239,9 +239,9 @@ WRONG = [
     # errors of sketches
     ("export wall -p stiffness=-1", "N/m"),
     ("export wal", "wal"),
-    ("export wall --kit hapkit9", "There is no kit 'hapkit9'; available: hapkit3"),
-    ("export wall --rate 3000", "not at 3,000 Hz"),
-    ("export wall --estimator butterworth", "not by butterworth"),
+    ("export wall --kit hapkit9", "There is no kit 'hapkit9'. Available kits: hapkit3"),
+    ("export wall --rate 3000", "not 3,000 Hz"),
+    ("export wall --estimator butterworth", "not butterworth"),
     ("run sketch.ino", "sketch.ino is an Arduino sketch: upload it with the Arduino IDE."),
     ("export mine/wall.ino", "its Python file, as wall.py."),
     ("run wall.cpp", "wall.cpp is an Arduino sketch"),

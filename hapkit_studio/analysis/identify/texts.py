@@ -1,4 +1,4 @@
-"""Sentences on identified values, such as "You set 300 N/m, you rendered 299.8 ± 0.1 N/m."."""
+"""Sentences on identified values, such as "You set 300 N/m, the device gave 299.8 ± 0.1 N/m."."""
 
 import math
 

@@ -43,8 +43,8 @@ def found():
 @pytest.mark.parametrize(
     ("value", "half", "asked", "sign", "said"),
     [
-        (599.4, 0.5, 600.0, "info", "you rendered 599.4 ± 0.5 N/m, 0.6 N/m less."),
-        (599.6, 0.5, 600.0, "check", "you rendered 599.6 ± 0.5 N/m."),
+        (599.4, 0.5, 600.0, "info", "the device gave 599.4 ± 0.5 N/m, 0.6 N/m less."),
+        (599.6, 0.5, 600.0, "check", "the device gave 599.6 ± 0.5 N/m."),
         (599.6, 0.5, None, "info", "Stiffness: 599.6 ± 0.5 N/m."),
     ],
 )
