@@ -74,7 +74,7 @@ class Toolbar(QWidget):
         self._hand = True
         self.set_narrow(False)
         left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
-        hbox(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
+        hbox(*left, None, *right, into=self, margins=(8, 5, 4, 5), gap=1)
 
     def set_narrow(self, narrow: bool) -> None:
         """Show the switch between the plots if ``narrow``; otherwise hide it, because both plots fit."""
