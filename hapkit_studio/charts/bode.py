@@ -34,9 +34,8 @@ _AXIS_FACTOR = 4.0  # the axis extends from the measured range by this factor be
 
 def bode_figure(found: "Bode", path: str | Path) -> None:
     """Write the diagram with a description of each loop and with the conditions."""
-    caption = unbroken(
-        ["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)]
-    )
+    key = "Filled dots: measured", "hollow dots: measured, not proportional to the motion", "lines: theory"
+    caption = unbroken([*key, found.driven, *conditions(found)])
     save(lambda figure, c: draw(figure, c, found), path, _SIZE, "", f"{found.sentence}\n{caption}")
 
 

@@ -54,7 +54,7 @@ _NUMBERS = {
     "zero": ("Sensor count at zero", 1.0, "", 0),
     "motor_constant": ("Motor constant", 1e3, "mN·m", 2),
     "max_force": ("Force limit", 1.0, "N", 2),
-    "dead_band": ("Dead band (duty, at most 255)", 1.0, "", 0),
+    "dead_band": ("Motor dead band, of 255 steps", 1.0, "", 0),
     "mass": ("Mass felt at the handle", 1e3, "g", 1),
     "viscous": ("Damping", 1.0, "N·s/m", 3),
     "coulomb": ("Dry friction", 1.0, "N", 3),
@@ -75,7 +75,7 @@ ORIGINS = {
     Origin.UNSAVED: "changed, not stored yet",
 }
 """Descriptions of the origin of the settings in force."""
-_LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8 of the duty"}
+_LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8 of full motor power"}
 
 
 def folder() -> Path:

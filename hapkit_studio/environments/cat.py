@@ -155,7 +155,7 @@ PARAMETERS = (
     ),
     Parameter(
         "hair",
-        "Hair ripple",
+        "Force of the hairs",
         "N",
         0.06,
         0.0,

@@ -47,7 +47,7 @@ MISTAKES = (
         "a law cannot print: store the value in the state, `s.seen = a`, then you see it in a plot",
         ("print",),
     ),
-    Mistake("a = sum(x, v)", "`{}` is not in the law language: write `a + b`, or a loop", ("sum",)),
+    Mistake("a = sum(x, v)", "a law cannot use `{}`: add the values with `a + b`, or in a loop", ("sum",)),
     Mistake(
         "a = constrain(x, -1.0, 1.0)",
         "`{}` is not in the law language: write `max(low, min(high, a))`",

@@ -123,7 +123,7 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
             return WRONG, f"At most {entry.text(high)} is allowed."
         limits = {"at least": low, "at most": high}
         words = [f"{name} {entry.text(limit)}" for name, limit in limits.items() if limit is not None]
-        return CORRECT, f"This is correct: {' and '.join(words)} was required."
+        return CORRECT, f"This is correct: the value had to be {' and '.join(words)}."
     wanted, source = _wanted(check, part)
     tolerance = (
         check.tolerance if check.tolerance is not None else 0.01 * (check.percent or 0.0) * abs(wanted)

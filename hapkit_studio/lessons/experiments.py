@@ -75,7 +75,9 @@ def own_threshold(path: str | Path) -> Threshold:
     """Return a session's threshold with the smallest Weber fraction; raise SessionError if there is none."""
     found = read(path).thresholds
     if not found:
-        raise SessionError(f"{Path(path).name} holds no comparisons, so it has no threshold.")
+        raise SessionError(
+            f"{Path(path).name} contains no comparisons, so it gives no just-noticeable difference."
+        )
     return min(found, key=lambda one: one.weber.value)
 
 

@@ -119,6 +119,6 @@ def results(played: Iterable[tuple[Step, Played]]) -> list[tuple[Check | Questio
             if isinstance(block, Question):
                 found.append((block, Result(*block.judge(one.answers[block.key]))))
             elif isinstance(block, Check):
-                nothing = Result("waiting", "The step has no play block, so nothing was recorded.")
+                nothing = Result("waiting", "Nothing was recorded: this step has no `play` block.")
                 found.append((block, nothing if samples is None else evaluate(block, samples)))
     return found

@@ -76,7 +76,7 @@ def test_a_session_without_an_experiment_is_reported(pointed, tmp_path, capsys):
     experiments.save_comparisons(path, Observer(), seed=0)
     assert main(["experiment", "pointing", str(path)]) == 2
     assert "no pointing trials" in capsys.readouterr().err
-    with pytest.raises(SessionError, match="no threshold"):
+    with pytest.raises(SessionError, match="no just-noticeable difference"):
         experiments.own_threshold(pointed[0])
 
 

@@ -37,7 +37,11 @@ def tolerance_text(tolerance: float, scene: Scene) -> str:
 def cost_text(point: Point, board: bool = False) -> str:
     """Format the computing time of a simulated second, or the board's cycles per second."""
     if board:
-        return f"{significant(1e-6 * point.cycles, 3)} million cycles" if math.isfinite(point.cycles) else "–"
+        return (
+            f"{significant(1e-6 * point.cycles, 3)} million processor cycles"
+            if math.isfinite(point.cycles)
+            else "–"
+        )
     return (
         f"{significant(1e-6 * point.ns)} ms" if point.ns >= 0.995e6 else f"{significant(1e-3 * point.ns)} µs"
     )

@@ -131,8 +131,8 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
         words = (
-            "The sensor works. If you began at the left, counts grow to the left, and the next step "
-            "reverses them."
+            "The sensor works. If you began at the left, the sensor counts in the wrong direction, and "
+            "the next step corrects this."
         )
         return CheckResult(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""

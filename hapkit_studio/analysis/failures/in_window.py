@@ -25,7 +25,8 @@ POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: start position and pointer speed of a throw
 FARTHEST = 0.06  # m: largest position that the pointer reaches
 _WHY = (
-    "Dry friction and the motor's limit of 3 N hold the handle; the limit on this page does not include them."
+    "Dry friction and the motor's force limit of 3 N calm the handle. The stability limit on this page is "
+    "computed without them."
 )
 
 

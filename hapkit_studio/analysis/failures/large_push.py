@@ -110,7 +110,7 @@ FAILURE = base.Failure(
         level=lambda case: 1e3 * amplitude(case, case["stiffness"]),
         level_label="limit at the present stiffness",
         log_y=True,
-        y_label="largest push after which the handle rests, mm",
+        y_label="largest push in mm after which the handle comes to rest",
     ),
     options=(
         replace(spring.STIFFNESS, default=2000.0, high=50_000.0),

@@ -34,7 +34,8 @@ FAILURE = base.Failure(
     title="Ridges with too few sensor steps",
     summary="With fewer than ten sensor steps for each ridge, the force becomes a staircase instead of a "
     "wave",
-    formula="Δ ≤ λ/10, with sensor step Δ and wavelength λ; the force of amplitude A jumps by up to 2π A Δ/λ",
+    formula="Δ ≤ λ/10, with sensor step Δ and wavelength λ. At each step the force jumps by up to "
+    "2π A Δ/λ, with amplitude A",
     explanation="The force is computed from the sensor's reading, which has steps Δ. With ten steps for "
     "each ridge the force jumps by up to 62 % of its amplitude A from one step to the next. Each jump is "
     "felt as a small knock, and the knocks are finer and sharper than the ridges. The Hapkit's steps of "

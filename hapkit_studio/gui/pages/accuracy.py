@@ -454,7 +454,7 @@ def need_text(found: Needs, effect: Effect) -> str:
         return (
             "The scene needs this property."
             if effect.needed
-            else "The scene needs this property if others are left out, too."
+            else "Leaving out only this property is not felt. Leaving it out together with others is felt."
         )
     return (
         "Only the most sensitive people would miss this property."

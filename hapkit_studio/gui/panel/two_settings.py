@@ -115,7 +115,9 @@ class TwoSettingsRow(QWidget):
         """Show which setting is active."""
         two, now = self._two, self._two.active
         self.setVisible(bool(two.stored))
-        self.words.setText("Neither A nor B is set" if now is None else f"Settings {NAMES[now]} are active")
+        self.words.setText(
+            "These settings are neither A nor B" if now is None else f"Settings {NAMES[now]} are active"
+        )
         self.button.setText(two.next_text)
         self.button.setEnabled(len(two.stored) == len(NAMES) or now is None)
 

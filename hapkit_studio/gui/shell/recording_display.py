@@ -74,7 +74,7 @@ class RecordingDisplay(QObject):
         if lost:
             return f"{lost:,} samples were lost", "triangle", "warn"
         buffered = self._recording.buffered
-        return (f"{paused}The last {_lasting(buffered)} are kept" if buffered else "",)
+        return (f"{paused}You can save the last {_lasting(buffered)}" if buffered else "",)
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()

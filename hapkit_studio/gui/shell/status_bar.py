@@ -24,7 +24,7 @@ _MISSED = (
 _LATE, _IN_TIME = "Loop late", "Loop on time"
 _CLAMP_WORDS = "Force cut to 8.8 N", "Force below 8.8 N", "Force +8.8 N, limit 8.8 N"
 _ENERGY_WORDS = ("The scene gave you 0.88 mJ of extra energy",)
-_PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
+_PRIORITY_WORDS = ("Normal priority, forces up to 88.8 ms late.",)
 
 
 class Field(QWidget):
@@ -193,7 +193,7 @@ class StatusBar(QWidget):
         self.jumps.show_text(f"The board's clock jumped {jumps:,} times (corrected)", "triangle", "warn")
         self.jumps.setVisible(jumps > 0)
         priority = health.priority
-        words = f"{priority.text}, late up to {late(us['max'])}."
+        words = f"{priority.text}, forces up to {late(us['max'])} late."
         said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")
         self.priority.show_text(*said)
         self.priority.link.setVisible(not priority.realtime)

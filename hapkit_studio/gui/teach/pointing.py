@@ -37,7 +37,7 @@ _HOW = (
     "target at once and stop there. A trial ends when the handle is at rest. With the mouse, keep the "
     "button pressed."
 )
-_SETS = (("No, low and high friction", CONDITIONS), ("No friction and all friction models", BY_MODEL))
+_SETS = (("No, low and high friction", CONDITIONS), ("No friction, and each friction model", BY_MODEL))
 _ROUNDS = (1, 2, ROUNDS, 8)
 
 

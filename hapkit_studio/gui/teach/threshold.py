@@ -122,7 +122,10 @@ class ThresholdPage(BlindPage):
 
     def count_text(self) -> str:
         turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
-        return f"Answers: {self.answers}. Changes of direction: {turns} of {discrimination.REVERSALS}."
+        return (
+            f"Answers: {self.answers}. The difference changed {turns} of {discrimination.REVERSALS} times "
+            "between growing and shrinking."
+        )
 
 
 class ThresholdExperiment(Experiment):

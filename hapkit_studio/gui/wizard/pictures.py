@@ -84,7 +84,7 @@ class HandleView(SceneView):
         self.setMinimumSize(280, 150)
         self.setMaximumHeight(236)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.setAccessibleName("Handle on its rail")
+        self.setAccessibleName("Picture of the handle's position")
         self.set_hand_enabled(False)
         self._place_button()
 

@@ -289,7 +289,7 @@ def test_a_refused_priority_shows_the_lateness_and_a_remedy(bar, qtbot):
     refused = Priority("Normal priority", False, "Do this.")
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health(priority=refused, missed=3, missed_lately=1, link=LINK))
-    assert bar.priority.words.text() == "Normal priority, late up to 4.00 ms."
+    assert bar.priority.words.text() == "Normal priority, forces up to 4.00 ms late."
     assert bar.missed.words.text() == "Missed ticks: 5"
     bar.show_figures(True)
     assert bar.jumps.isHidden()

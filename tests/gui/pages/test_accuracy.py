@@ -64,7 +64,7 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     ]  # fmt: skip
     assert outside(part.chart) == cut_off(shared_window) == []
     part.where.button(1).click()
-    assert "5.00 million cycles a second" in part.answer.words.text()
+    assert "5.00 million processor cycles a second" in part.answer.words.text()
     part.where.button(0).click()
 
 
@@ -231,5 +231,5 @@ def test_a_session_without_comparisons_is_refused_in_one_line(page, qtbot, tmp_p
     targets = pointing.plan(distances=(0.02,), widths=(0.004,), rounds=1, seed=0)
     experiments.save_pointing(path, pointing.Subject(), targets, seed=0)
     part.open_own(str(path))
-    qtbot.waitUntil(lambda: "no threshold" in part.bar.status.text())
+    qtbot.waitUntil(lambda: "no just-noticeable difference" in part.bar.status.text())
     assert part.own is None

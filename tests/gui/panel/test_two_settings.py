@@ -56,7 +56,10 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     assert (row.words.text(), row.button.isEnabled()) == ("Settings A are active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
-    assert (row.words.text(), row.button.text()) == ("Neither A nor B is set", "Store settings as B")
+    assert (row.words.text(), row.button.text()) == (
+        "These settings are neither A nor B",
+        "Store settings as B",
+    )
     press(window, Qt.Key.Key_X)
     steps = window.history.stack.count()
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):

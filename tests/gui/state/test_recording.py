@@ -92,7 +92,7 @@ def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
     page = window.views.page("sessions")
     assert window.views.key == "sessions"
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path == path)
-    assert words.text().endswith(" kept")
+    assert words.text().startswith("You can save the last ")
     assert not window.status.record.link.isVisible()
 
 
@@ -140,7 +140,7 @@ def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, 
     monkeypatch.setattr(window.studio.recording._recorder, "buffered", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
-    assert window.status.record.words.text() == f"The last {said} are kept"
+    assert window.status.record.words.text() == f"You can save the last {said}"
 
 
 def test_earlier_data_is_saved_during_a_recording(window, qtbot):
