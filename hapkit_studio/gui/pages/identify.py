@@ -220,10 +220,11 @@ class IdentifyPage(MeasuringPage):
         self.side.words.setText(
             f"The values are identified from the file “{self._source[1]}”." if self._file else self.about
         )
-        pairs = conditions(found.setup, found.handle.released)
+        used = ("Samples", f"{found.samples:,} in {found.end - found.begin:.1f} s")
+        pairs = [used, *conditions(found.setup, found.handle.released)]
         self.conditions.show_pairs([self._source, *pairs] if self._file else pairs)
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
-        self.bar.show_text(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
+        self.bar.show_text("")
 
     def show_part(self) -> None:
         """Show the chosen part with its chart, numbers and text."""
