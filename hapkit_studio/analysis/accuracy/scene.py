@@ -337,8 +337,10 @@ class SceneResult:
         if best is None:
             return next(iter(self.refused.values()), "")
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
-        apart = "it feels like" if best.error < 1.0 else f"it differs by {jnd(best.error)} from"
-        return f"{where}: {apart} the ideal scene, {limit_text(best.limit)}."
+        limit, error = limit_text(best.limit), jnd(best.error)
+        if best.error < 1.0:
+            return f"{where}: it feels like the ideal scene, {limit}."
+        return f"{where}: it differs by {error} from the ideal scene, {limit}."
 
     def reason(self, place: str) -> str:
         """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""

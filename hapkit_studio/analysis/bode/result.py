@@ -206,28 +206,28 @@ class Curve:
     @property
     def sentence(self) -> str:
         """Return a sentence that states up to which frequency the loop renders a wall, and why."""
-        start = f"{self.name[0].upper()}{self.name[1:]}: "
+        loop = f"{self.name[0].upper()}{self.name[1:]}"
         if not self.best.frequency.size:
-            return f"{start}no force of this scene depends on the motion."
+            return f"{loop}: no force of this scene depends on the motion."
         own = f"the handle's damping of {with_unit(self.setting.viscous, 'N·s/m')}"
         lowest, highest = (float(f) for f in self.best.frequency[[0, -1]])
         damping = with_unit(float(self.best.damping[0]), "N·s/m", 2)
-        holds = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
+        impedance = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
             return (
-                f"{start}the loop adds energy from {hertz(lowest)} on: the damping of {damping} outweighs "
+                f"{loop}: the loop adds energy from {hertz(lowest)} on: the damping of {damping} outweighs "
                 f"{own}."
             )
         if self.ends == self.softens:
             return (
-                f"{start}{holds} up to {hertz(self.ends)}, where the stiffness has dropped to 71 % (by 3 dB)."
+                f"{loop}: {impedance} up to {hertz(self.ends)}, where the stiffness drops to 71 % (by 3 dB)."
             )
         if self.ends == self.gives_energy:
             return (
-                f"{start}{holds} up to {hertz(self.ends)}; above, the loop adds more energy than {own} "
+                f"{loop}: {impedance} up to {hertz(self.ends)}; above, the loop adds more energy than {own} "
                 "takes away."
             )
-        return f"{start}{holds} at all measured frequencies, up to {hertz(highest)}."
+        return f"{loop}: {impedance} at all measured frequencies, up to {hertz(highest)}."
 
 
 class Spectra:

@@ -194,7 +194,7 @@ def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
     # the motion is centred 1.1 amplitudes behind the surface at 5 mm, so that it stays inside the wall
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
-    assert "dropped to 71 %" in curve.sentence
+    assert "drops to 71 %" in curve.sentence
 
 
 @pytest.mark.parametrize(("times", "gives"), [(0.99, False), (1.01, True)])
