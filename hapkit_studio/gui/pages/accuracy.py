@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-PARTS = "Methods", "This scene", "What a scene needs"
+PARTS = "Methods", "This scene", "Scene needs"
 USE_MINE, USE_LITERATURE = "Use my threshold…", "Use published threshold"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended method", "Use this method"
 REST_MS = 400  # ms: all options are computed again this long after the last change of a setting

@@ -66,8 +66,8 @@ class RunBar(QWidget):
         self.progress.setFixedHeight(4)
         self.progress.setAccessibleName("Progress of the measurement")
         keep_size_when_hidden(self.progress)
-        self._left, self._below = hbox(gap=10), hbox()
-        self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10)
+        self._left, self._below = hbox(gap=6), hbox()
+        self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=6)
         vbox(self._row, self._below, self.progress, rule(), into=self)
         job.running_changed.connect(self._refresh)
         job.preparing.connect(
