@@ -39,4 +39,4 @@ def test_a_new_view_needs_one_file(tmp_path):
     for key in ("sessions", "pulse"):  # the eighth view has the last shortcut, the ninth has none
         assert f"if_one_is_free[{key}] PASSED" in said
     listed = run_program(copy, "-m", "hapkit_studio", "texts").splitlines()
-    assert "Pulse | Push the handle, then release it." in listed
+    assert "Pulse view: label | Push the handle, then release it." in listed
