@@ -23,7 +23,7 @@ constexpr uint16_t kArena = kUsualArena;
 constexpr uint8_t kVelocity = 1;
 constexpr uint8_t kFirstGiven = 2;
 
-// The memory contains slots, code, then moving constants.
+// The memory contains slots, code, then constants that are being ramped.
 extern uint8_t arena[kArena];
 
 // The location of the verified code, the offset of its MAIN, and whether it reads the velocity.

@@ -106,7 +106,7 @@ struct __attribute__((packed)) Piece {
 };
 static_assert(sizeof(Piece) == Piece::kSize, "Piece has gaps");
 
-// Change constants of the law in force, with a ramp of 30 ms.
+// Change constants of the law that is running, with a ramp of 30 ms.
 struct __attribute__((packed)) Tune {
   static constexpr uint8_t kId = 0x08;
   static constexpr uint8_t kSize = 33;
@@ -132,13 +132,13 @@ struct __attribute__((packed)) Alive {
   static constexpr uint8_t kSize = 0;
 };
 
-// Ask for the settings in force; the board answers with Settings.
+// Ask for the settings that the board uses; it answers with Settings.
 struct __attribute__((packed)) SettingsRequest {
   static constexpr uint8_t kId = 0x0a;
   static constexpr uint8_t kSize = 0;
 };
 
-// Save the settings in force in the EEPROM; the board answers with Settings.
+// Save the settings that the board uses in the EEPROM; it answers with Settings.
 struct __attribute__((packed)) Save {
   static constexpr uint8_t kId = 0x0b;
   static constexpr uint8_t kSize = 0;
@@ -190,7 +190,7 @@ struct __attribute__((packed)) Hello {
   uint16_t watchdog_ms;  // time without a message after which the motor is switched off [ms]
   uint16_t pwm_top;  // pwm value of full duty
   uint8_t profile;  // number of the kit's profile
-  uint16_t arena;  // bytes for the slots, the code and the moving constants of one law
+  uint16_t arena;  // bytes for the slots, the code and the ramped constants of one law
   uint8_t origin;  // Origin
   uint8_t reset;  // reason of the last reset: 1 power, 2 reset, 4 brown-out, 8 watchdog
   char build[16];  // name of the firmware build
@@ -208,7 +208,7 @@ struct __attribute__((packed)) Sample {
   uint16_t answered;  // number of the sample that the last applied force answered
   uint16_t delay_us;  // time from that sample to its force in the PWM register; 0: no force yet, 65535: longer [us]
   uint8_t flags;  // BoardFlag
-  int16_t pwm;  // signed duty in force, of pwm_top
+  int16_t pwm;  // present signed duty, of pwm_top
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t stale;  // forces refused because they were too old, wraps at 256
   uint8_t generation;  // generation of the law that is being sent or was sent last
@@ -229,18 +229,18 @@ struct __attribute__((packed)) Telemetry {
   int32_t count;  // unwrapped sensor counts from the zero, positive to the right
   float velocity;  // velocity estimated by the board, positive to the right [m/s]
   float asked;  // force of the law, positive to the right [N]
-  int16_t pwm;  // signed duty in force, of pwm_top
+  int16_t pwm;  // present signed duty, of pwm_top
   uint16_t delay_us;  // mean time from a sample to its force since the last frame [us]
   uint8_t flags;  // BoardFlag
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t overruns;  // number of skipped ticks, wraps at 256
-  uint8_t generation;  // generation of the law in force, or of its last accepted Tune
+  uint8_t generation;  // generation of the law that is running, or of its last accepted Tune
   uint8_t state_at;  // index of the state variable in this frame; all state variables are sent in turn
   float state;  // value of that state variable
 };
 static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
 
-// The settings in force, in the layout of Board, and whether they are saved.
+// The settings that the board uses, in the layout of Board, and whether they are saved.
 struct __attribute__((packed)) Settings {
   static constexpr uint8_t kId = 0x85;
   static constexpr uint8_t kSize = 71;

@@ -51,8 +51,8 @@ class Renderer {
     count_ = 0;
   }
 
-  // Start ramps of constants of the present law to new values. A message for a different law, or without free
-  // ramps for its constants, is ignored. Return false for a message that is invalid for every law.
+  // Start ramps of constants of the present law to new values. Ignore a message for a different law, and one
+  // that needs more ramps than are free. Return false for a message that is invalid for every law.
   bool tune(const protocol::Tune& tune);
 
   // Advance the ramps of the constants by a millisecond.

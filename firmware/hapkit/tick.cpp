@@ -52,7 +52,7 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
   delays_us_ += age;
 }
 
-// Report ticks that are at least a millisecond apart: an integer fraction of all ticks, at 500 Hz or more.
+// Report every n-th tick, with the smallest n for which reports are at least a millisecond apart.
 inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
   if (++since_shown_ >= design_.shown) show_now(sampling, count, rendered);
 }

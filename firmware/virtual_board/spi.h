@@ -12,8 +12,8 @@
 struct spi {
 	avr_t *avr;
 	avr_int_vector_t *vector;
-	// The functions of the device: it is selected or deselected; it exchanges a byte, after both bytes have
-	// been shifted.
+	// Callbacks of the device. select: the device was selected or deselected. exchange: eight bits were shifted
+	// in both directions; take the received byte and return the device's next byte.
 	void (*select)(void *device, bool selected);
 	uint8_t (*exchange)(void *device, uint8_t byte);
 	void *device;

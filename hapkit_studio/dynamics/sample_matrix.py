@@ -79,7 +79,7 @@ def without_law(loop: LoopSettings, remembered: int, period: float, late: float)
 
 
 def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
-    """Return the map (s, s) of the closed loop over ``period`` s; ``free`` is a map of ``without_law``."""
+    """Return the matrix (n, n) of the closed loop over a period in s; ``without_law`` returned ``free``."""
     rows = slice(_LAW, _LAW + remembered)
     felt = np.vstack([np.eye(free.shape[1])[rows], free[0], free[-1]])
     answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))

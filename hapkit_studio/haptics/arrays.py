@@ -136,7 +136,7 @@ class LoopArrays(NamedTuple):
     memory: np.ndarray  # state of the velocity estimator
     fault: np.ndarray  # (native.FAULT_WORDS,), written by laws
     watch: Record  # a WATCH record
-    sequence: np.ndarray  # sequence number of the block in force
+    sequence: np.ndarray  # sequence number of the block that is in use
     settings: Record
     program: np.ndarray  # the packed law for the board
     draft: Block  # the block that is being read, which may be torn

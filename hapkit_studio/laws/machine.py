@@ -102,7 +102,7 @@ MOST_CALLS = 4  # largest call depth
 MOST_COUNTERS = 4  # largest number of nested loops; the callees of a loop's body use only lower counters
 MOST_JUMPS = 16  # largest number of forward-jump targets pending at a time in a section
 MOST_CYCLES = 65534  # limit of the board's counter; the longest period has 32,000 cycles
-ARENA = 768  # bytes for a law's slots, code and moving constants
+ARENA = 768  # bytes for a law's slots, its code and the constants that are being ramped
 RAMPS, RAMP = 8, 6
 """Number of constants that can ramp at the same time, and bytes for each: slot, time left, target."""
 REST, REST_AT_MOST = 1400, 1700

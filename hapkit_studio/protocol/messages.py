@@ -162,7 +162,7 @@ class MotorMap(IntEnum):
 
 
 class Origin(IntEnum):
-    """Origin of the settings in force."""
+    """Origin of the settings that the board uses."""
 
     DEFAULT = 0
     STORED = 1
@@ -261,7 +261,7 @@ class Piece(Message, id=0x07):
 
 @dataclass(frozen=True)
 class Tune(Message, id=0x08):
-    """Change constants of the law in force, with a ramp of 30 ms."""
+    """Change constants of the law that is running, with a ramp of 30 ms."""
 
     law: int = wire("B", "generation of the law")
     generation: int = wire("B", "generation of this change; Telemetry repeats the last accepted one")
@@ -285,12 +285,12 @@ class Alive(Message, id=0x09):
 
 @dataclass(frozen=True)
 class SettingsRequest(Message, id=0x0A):
-    """Ask for the settings in force; the board answers with Settings."""
+    """Ask for the settings that the board uses; it answers with Settings."""
 
 
 @dataclass(frozen=True)
 class Save(Message, id=0x0B):
-    """Save the settings in force in the EEPROM; the board answers with Settings."""
+    """Save the settings that the board uses in the EEPROM; it answers with Settings."""
 
 
 @dataclass(frozen=True)
@@ -341,7 +341,7 @@ class Hello(Message, id=0x81):
     watchdog_ms: int = wire("H", "time without a message after which the motor is switched off", "ms")
     pwm_top: int = wire("H", "pwm value of full duty")
     profile: int = wire("B", "number of the kit's profile")
-    arena: int = wire("H", "bytes for the slots, the code and the moving constants of one law")
+    arena: int = wire("H", "bytes for the slots, the code and the ramped constants of one law")
     origin: int = wire("B", "Origin")
     reset: int = wire("B", "reason of the last reset: 1 power, 2 reset, 4 brown-out, 8 watchdog")
     build: str = wire("16s", "name of the firmware build")
@@ -360,7 +360,7 @@ class Sample(Message, id=0x82):
         "H", "time from that sample to its force in the PWM register; 0: no force yet, 65535: longer", "us"
     )
     flags: int = wire("B", "BoardFlag")
-    pwm: int = wire("h", "signed duty in force, of pwm_top")
+    pwm: int = wire("h", "present signed duty, of pwm_top")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     stale: int = wire("B", "forces refused because they were too old, wraps at 256")
     generation: int = wire("B", "generation of the law that is being sent or was sent last")
@@ -381,12 +381,12 @@ class Telemetry(Message, id=0x83):
     count: int = wire("i", "unwrapped sensor counts from the zero, positive to the right")
     velocity: float = wire("f", "velocity estimated by the board, positive to the right", "m/s")
     asked: float = wire("f", "force of the law, positive to the right", "N")
-    pwm: int = wire("h", "signed duty in force, of pwm_top")
+    pwm: int = wire("h", "present signed duty, of pwm_top")
     delay_us: int = wire("H", "mean time from a sample to its force since the last frame", "us")
     flags: int = wire("B", "BoardFlag")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     overruns: int = wire("B", "number of skipped ticks, wraps at 256")
-    generation: int = wire("B", "generation of the law in force, or of its last accepted Tune")
+    generation: int = wire("B", "generation of the law that is running, or of its last accepted Tune")
     state_at: int = wire(
         "B", "index of the state variable in this frame; all state variables are sent in turn"
     )
@@ -395,7 +395,7 @@ class Telemetry(Message, id=0x83):
 
 @dataclass(frozen=True)
 class Settings(Board, id=0x85):
-    """The settings in force, in the layout of Board, and whether they are saved."""
+    """The settings that the board uses, in the layout of Board, and whether they are saved."""
 
     origin: int = wire("B", "Origin")
     refused: int = wire("B", "1: the last Board had implausible numbers and was ignored")

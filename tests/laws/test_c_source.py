@@ -1,6 +1,7 @@
-"""A sketch's C agrees with the law in Python in double precision, for all choices and random laws.
+"""In double precision, a sketch's C code gives the same results as the law in Python.
 
-Single-precision differences are measured on the chip; here any misplaced statement changes the result.
+This is tested for all values of a law's choices, and for random laws. Double precision excludes rounding
+differences, which are measured on the chip, so that every difference is an error of the translation.
 """
 
 import ctypes

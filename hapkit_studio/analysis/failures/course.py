@@ -76,7 +76,7 @@ _ADVICE = (
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the course's scene for the window at this step."""
+    """Return the scene of the course for the window, with a time step of ``step`` in s."""
     loop = {"rate": base.live_rate(1.0 / step)}
     return base.Live("mass_spring_damper", values(method_of(case)), loop, "firm", _ADVICE)
 

@@ -1,4 +1,4 @@
-"""A failure as felt in the window, on the device with friction, quantisation and a force limit."""
+"""Predict a failure in the program's window, on a device with friction, quantisation and a force limit."""
 
 from collections.abc import Callable
 from dataclasses import replace

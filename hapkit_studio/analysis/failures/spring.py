@@ -94,7 +94,7 @@ def released(where: LoopSettings, damping: float, stiffness: float) -> np.ndarra
 
 
 def rate_of(where: LoopSettings, stiffness: float, out: np.ndarray) -> float:
-    """Return the growth in 1/s of the motion in rows, computed in the coordinates of its oscillation."""
+    """Return the growth rate in 1/s of a recorded motion, from the amplitude of speed and acceleration."""
     speed = out[:, rows.TRUE_VELOCITY]
     slowest = math.sqrt(stiffness / where.mass)
     return base.growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)

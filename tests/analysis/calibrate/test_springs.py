@@ -1,4 +1,4 @@
-"""Two known springs give the motor's strength, its interval, and correctly rendered springs."""
+"""Two known springs determine the motor's strength and its interval; springs are then rendered correctly."""
 
 import itertools
 from dataclasses import replace
