@@ -36,11 +36,14 @@ FROM_MEMORY = " (source not checked)"  # marks a source that was not checked
 THRESHOLDS = (
     ("Force", "6 % of the force", "the same", "Jones 1989, abstract; others say 7 %"),
     ("Smallest force", "15 mN", "the same", "chosen for this program"),
-    ("Position", "0.4 mm", "0.3 mm", "Ho and Srinivasan 1996: 0.4 ± 0.1 mm of thickness between two fingers"),
+    (
+        "Position", "0.4 mm", "0.3 mm",
+        "Ho and Srinivasan 1996: a difference of 0.4 ± 0.1 mm in thickness between two fingers",
+    ),
     (
         "Vibration", "10, 0.5, 0.05, 0.1, 1 µm at 26, 100, 150 to 200, 250, 400 Hz", "a tenth",
-        f"Amplitudes of most people{FROM_MEMORY}; Brisben, Hsiao and Johnson 1999, abstract: cylinder in the "
-        "hand, least at 150 to 200 Hz, there below 0.01 µm in some of 19 subjects",
+        f"Smallest vibration that most people feel{FROM_MEMORY}; Brisben, Hsiao and Johnson 1999, abstract: "
+        "cylinder in the hand, least at 150 to 200 Hz, there below 0.01 µm in some of 19 subjects",
     ),
     ("Event, such as a click", "whether the event occurs, or 20 ms", "the same", "Levitin and "
         f"others 1999{FROM_MEMORY}"),

@@ -135,7 +135,7 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="6",
     formula="<i>F</i> = −<i>N</i> d<i>h</i>/d<i>x</i>",
-    symbols="<i>N</i> weight of 1 N, <i>h</i> height of the ground, <i>x</i> position",
+    symbols="<i>N</i> weight (1 newton), <i>h</i> height of the ground, <i>x</i> position",
     explanation="The handle moves on a level line, and yet you feel a hill. The slope of the height h pushes "
     "against you on the way up and helps you on the way down, from both sides alike, so crossing "
     "the hill costs no energy. Set the picture to Opposite shape and feel again: most people believe "

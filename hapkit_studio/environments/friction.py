@@ -86,7 +86,7 @@ def unused(values: Values) -> dict[str, str]:
         "tether_stiffness": (COULOMB, SMOOTHED),
     }
     return {
-        key: f"Not used by the model {LABELS[model]}" for key, models in without.items() if model in models
+        key: f'Not used by the model "{LABELS[model]}"' for key, models in without.items() if model in models
     }
 
 

@@ -63,7 +63,7 @@ def unused(values: Values) -> dict[str, str]:
     """Return the parameters that belong to other kinds of texture."""
     kind = int(values["kind"])
     keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
-    return {key: f"Not used by the texture {KINDS[kind]}" for key in keys}
+    return {key: f'Not used by the texture "{KINDS[kind]}"' for key in keys}
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:

@@ -173,7 +173,7 @@ def report() -> str:
     if sys.platform == "linux" and now.how:
         lines += [
             "",
-            "Do one of these. This one takes effect at your next login:",
+            "Choose one of these ways. The first one takes effect at your next login:",
             '    echo "$USER - rtprio 80" | sudo tee /etc/security/limits.d/hapkit-studio.conf',
             '    echo "$USER - memlock unlimited" | sudo tee -a /etc/security/limits.d/hapkit-studio.conf',
             "or (at once, up to priority 20, needs a desktop session):",

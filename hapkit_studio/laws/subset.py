@@ -101,7 +101,7 @@ _INSTEAD: dict[Any, str] = {
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
     ast.Tuple: "write several values at once only in `a, b = ...` and in `return a, b` of a helper",
     (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
-    ast.JoinedStr: "text is not allowed in a law",
+    ast.JoinedStr: "text in quotes is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
     ast.Match: "`match` is not allowed in a law: use `if`",
     ast.NamedExpr: "`:=` is not allowed in a law: write one line for it",

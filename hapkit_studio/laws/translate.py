@@ -601,11 +601,12 @@ class Rewriter(ast.NodeTransformer):
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
             words = f"pass the values it needs from `{node.id}`, as in `{name}({node.id}.{one})`"
-            raise fail(node, f"the arguments of a helper must be numbers: {words}")
+            raise fail(node, f"the arguments of a helper function must be numbers: {words}")
         if self._is_table(node):
             raise fail(
                 node,
-                f"the arguments of a helper must be numbers: use the table `{node.id}[i]` in the helper",
+                f"the arguments of a helper function must be numbers: use the table `{node.id}[i]` in the "
+                "helper function",
             )
 
     def generic_visit(self, node: ast.AST) -> ast.AST:

@@ -274,7 +274,7 @@ def test_a_sketch_contains_the_values_and_is_self_contained(key):
 @pytest.mark.parametrize(
     ("how", "words"),
     [
-        ({"rate": 4000}, "250, 500, 1,000, 2,000 Hz, not at 4,000 Hz"),
+        ({"rate": 4000}, "250, 500, 1,000, 2,000 Hz, not 4,000 Hz"),
         ({"prints": 51}, "0 to 50 lines a second, not 51"),
         ({"estimator": "foaw"}, "difference, iir, kalman, not by foaw"),
         ({"values": {"stiffness": 9e9}}, "N/m"),

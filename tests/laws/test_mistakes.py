@@ -55,7 +55,7 @@ VARIANTS = [
     ("a = stiffness * x", "'stiffness' is not defined: write `p.stiffness`"),
     ("a = last", "'last' is not defined: write `s.last`"),
     ("s.count += 1", 'Add it above the law: `@law(state={"count": 0.0})`'),
-    ("a = half(x, p)", "the arguments of a helper must be numbers"),
+    ("a = half(x, p)", "the arguments of a helper function must be numbers"),
     ("a = half(FORCES)", "use the table `FORCES[i]` in the helper"),
 ]
 

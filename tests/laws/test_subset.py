@@ -50,7 +50,7 @@ REFUSED = [
     ("if p.side == 'middle': pass", "Side must be one of right, left, not 'middle'"),
     ("if p.side == 0: pass", "compare Side with the name of an option: right, left"),
     ("if x is v: pass", "this comparison is not allowed"),
-    ("a = f'{x}'", "text is not allowed"),
+    ("a = f'{x}'", "text in quotes is not allowed"),
     ("a = 'soft'", "can only be compared with a choice"),
     ("a = None", "only numbers are allowed here"),
     ("a = 1" + 400 * "0", "this number is too large"),

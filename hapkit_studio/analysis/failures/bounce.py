@@ -117,7 +117,7 @@ FAILURE = base.Failure(
         0.4,
         0.01,
         2.0,
-        "Angle in radians that the oscillation turns while the force is late",
+        "Phase in radians by which the oscillation advances while the force is late",
         "ω T (1 + 2 td/T)",
     ),
     limit=lambda case: LATENESS,

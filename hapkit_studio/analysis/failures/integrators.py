@@ -137,7 +137,14 @@ FAILURE = base.Failure(
     "damping ratio ζ. Explicit Euler and the rule of the lecture add energy in every step, so only enough "
     "damping keeps them stable. The other methods are stable up to about two radians a step.",
     knob=base.Parameter(
-        "step", "Step", "", 1.0, 1e-3, 10.0, "Angle in radians that the oscillation turns in one step", "ω·dt"
+        "step",
+        "Step",
+        "",
+        1.0,
+        1e-3,
+        10.0,
+        "Phase in radians by which the oscillation advances in one step",
+        "ω·dt",
     ),
     limit=limit,
     probe=probe,

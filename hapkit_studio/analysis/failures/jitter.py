@@ -129,8 +129,8 @@ FAILURE = base.Failure(
     "from the roots over one repetition of the pattern",
     explanation="The force of a spring stays constant in each period T. At a speed v this adds the energy "
     "½ k v² T², so a period that is five times as long adds 25 times as much. The handle's damping removes "
-    "b₀ v² T, only five times as much. The limit is lowest if a long period comes each time the handle is "
-    "fastest. Only the limit of the longest period is safe for every pattern and every hand: k < 2 b₀/T.",
+    "b₀ v² T, only five times as much. In the worst case, a long period comes each time the handle is "
+    "fastest. A stiffness is safe in every case if k < 2 b₀/T, where T is the longest period.",
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,

@@ -365,7 +365,10 @@ class NeedsPart(Part):
         """Ask for a session with force comparisons, or return to the threshold from the literature."""
         if self.own is None:
             choose_file(
-                self, "Choose a session with your comparisons", f"Sessions (*{SUFFIX})", self.open_own
+                self,
+                "Choose a session of the experiment on your just-noticeable difference",
+                f"Sessions (*{SUFFIX})",
+                self.open_own,
             )
         else:
             self.use_own(None)

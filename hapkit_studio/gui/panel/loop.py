@@ -67,8 +67,8 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     all_of_it = _text(MODELLED)
     if not judged:
         return (
-            f"It is not known which parts of the device {title} needs with these values, so all parts are "
-            f"simulated: {all_of_it}."
+            f"All parts of the device are simulated ({all_of_it}), because it is not known which of them "
+            f"{title} needs with these values."
         )
     if not spare:
         return (

@@ -146,7 +146,10 @@ class SavePresetDialog(FormDialog):
         environment = studio.environment
         super().__init__("Save preset", _ABOUT.format(environment.title), parent)
         self._presets, self._known = presets_, presets.found(environment.key)
-        self.name, self.with_loop = QLineEdit(presets_.chosen), QCheckBox("Also save the loop and the grip")
+        self.name, self.with_loop = (
+            QLineEdit(presets_.chosen),
+            QCheckBox("Also save the loop's settings and the grip"),
+        )
         self.save = QPushButton("Save preset")
         self.add_fields([("Name of the preset", self.name, None)])
         self.column.addWidget(self.with_loop)

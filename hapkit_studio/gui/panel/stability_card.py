@@ -40,11 +40,14 @@ def delay_reason(device: "Device", delay: float) -> str:
     if not device.measures_delay or delay <= LONG:
         return ""
     if not device.usb_chip:
-        return "The virtual board and the window share this computer's processors. Let the board render."
+        return (
+            "The virtual board and the window share this computer's processors. Let the board compute the "
+            "force."
+        )
     timer = latency_timer(device)
     cause = f"The USB chip delays each force by up to {timer} ms." if timer else "USB delays each force."
     if device.padding:
-        return f"{cause} Let the board render."
+        return f"{cause} Let the board compute the force."
     return f"{cause} Run Set up my Hapkit… in the menu Device, or let the board render."
 
 
