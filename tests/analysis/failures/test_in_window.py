@@ -26,7 +26,7 @@ def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_
     just = next(k for k in range(1010, 2000) if not holds(k))
     assert live("sampled_spring", 0.99).advice.endswith("let go. The handle comes to rest.")
     assert (
-        "let go. The handle comes to rest. Dry friction and the motor's limit of 3 N hold the handle"
+        "let go. The handle comes to rest. Dry friction and the motor's force limit of 3 N calm the handle"
         in live("sampled_spring", 1.01).advice
     )
     for share, swings in ((0.93 * just / 1001.9, False), (1.12 * just / 1001.9, True)):

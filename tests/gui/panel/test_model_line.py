@@ -36,7 +36,7 @@ def line(qtbot):
             "Simulated: mass, damping and sensor steps",
             "nobody would feel",
         ),
-        ((), "scene", WHOLE, "not known which parts of the device Free needs"),
+        ((), "scene", WHOLE, "not known which of them Free needs"),
     ],
 )
 def test_modelled_and_omitted_terms_are_stated(line, needs, model, words, tip):

@@ -160,7 +160,7 @@ def board(timer=None, padding=0):
         (board(0.001), 1.01 * LONG, "USB delays each force. Run Set up my Hapkit…"),
         (board(), 1.01 * LONG, "or let the board render"),
         (SimulatedHapkit(), 0.1, ""),
-        (board(padding=PACKET), 0.1, "USB delays each force. Let the board render"),
+        (board(padding=PACKET), 0.1, "USB delays each force. Let the board compute the force"),
         (VirtualBoard(), 1.01 * LONG, "The virtual board and the window share this computer's"),
     ],
 )
