@@ -105,7 +105,8 @@ def _command(given: Sequence[str]) -> int:
             interrupts.listen()
             base.check_outputs(options)
             result = options.command(options)
-            limited = (sys.stdout.encoding or "utf-8").lower() != "utf-8"  # a code page lacks most characters
+            # a code page lacks most characters; a replaced stream may have no encoding
+            limited = (getattr(sys.stdout, "encoding", None) or "utf-8").lower() != "utf-8"
             text = json.dumps(result.as_json, ensure_ascii=limited) if options.json else result.text
             print(printable(text), flush=True)
     except StudioError as error:

@@ -101,7 +101,7 @@ def test_a_lost_chunk_is_resubmitted_a_few_times():
 
 
 def test_invalid_chunks_and_incomplete_results_are_rejected():
-    with pytest.raises(ParameterError, match="A chunk takes a whole number, 1 or more, not 0"):
+    with pytest.raises(ParameterError, match="A chunk must be a whole number, 1 or more, not 0"):
         sweep(sweep_tasks.roots, CELLS, chunk=0)
     with pytest.raises(ValueError, match="gave 1 results for 10 cells"):
         sweep(lambda cells: cells[:1], CELLS, chunk=10)
