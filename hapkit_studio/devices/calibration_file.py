@@ -54,7 +54,7 @@ _NUMBERS = {
     "zero": ("Sensor count at zero", 1.0, "", 0),
     "motor_constant": ("Motor constant", 1e3, "mN·m", 2),
     "max_force": ("Force limit", 1.0, "N", 2),
-    "dead_band": ("Motor dead band, of 255 steps", 1.0, "", 0),
+    "dead_band": ("Motor dead band (out of 255)", 1.0, "", 0),
     "mass": ("Mass felt at the handle", 1e3, "g", 1),
     "viscous": ("Damping", 1.0, "N·s/m", 3),
     "coulomb": ("Dry friction", 1.0, "N", 3),

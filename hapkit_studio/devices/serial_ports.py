@@ -215,13 +215,13 @@ class Latency:
         if not self.long:
             return f"The USB chip delays data by up to {ms}."
         remedy = {
-            "win32": "Set it to 1 ms in the Device Manager (port, Port Settings, Advanced)",
-            "darwin": "Set it to 1 ms with FTDI's own driver",
+            "win32": "Set this delay to 1 ms in the Device Manager (port, Port Settings, Advanced)",
+            "darwin": "Set this delay to 1 ms with FTDI's own driver",
         }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
         known = "" if self.known else " (the usual value)"
         return (
-            f"The USB chip delays data by up to {ms}{known}. {remedy}, or let Set up my Hapkit fill the USB "
-            "packets, or let the board compute the force."
+            f"The USB chip delays data by up to {ms}{known}. {remedy}, or run Set up my Hapkit, which can "
+            "fill the USB packets, or let the board compute the force."
         )
 
 

@@ -141,7 +141,7 @@ PARAMETERS = (
         1.8,
         1.0,
         3.0,
-        "Friction against the fur: how many times as large as from head to tail",
+        "Friction against the fur, divided by the friction from head to tail",
     ),
     Parameter(
         "fur_damping",
@@ -188,11 +188,12 @@ PARAMETERS = (
         "Temper",
         ("easy", "choosy", "grumpy"),
         "easy",
-        "How strokes change the cat's contentment, which is between −1 and +1. Easy: stroke from head to "
-        "tail at 1 to 10 cm/s, the speed at which people like to be stroked, and it grows by 3 per metre. "
-        "Stroke against the fur, and it falls by 0.8 per metre, or by 3.5 if you are faster than 12 cm/s "
-        "(14 cm/s from head to tail). Below −0.5 the cat hits your hand, then ignores you for 5 s. "
-        "Choosy: it grows 0.8 times and falls 1.25 times as fast. Grumpy: 0.7 times and 1.5 times.",
+        "How strokes change the cat's contentment, which is between −1 and +1. Easy: the contentment "
+        "grows by 3 per metre of strokes from head to tail at 1 to 10 cm/s, the speed at which people like "
+        "to be stroked. Strokes against the fur lower it by 0.8 per metre. Fast strokes lower it by 3.5 per "
+        "metre: above 12 cm/s against the fur, above 14 cm/s from head to tail. Below −0.5 the cat hits "
+        "your hand, then ignores you for 5 s. Choosy: the contentment grows 0.8 times and falls 1.25 times "
+        "as fast. Grumpy: 0.7 times and 1.5 times.",
     ),
 )
 

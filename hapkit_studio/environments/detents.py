@@ -59,10 +59,10 @@ ENVIRONMENT = Environment(
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i><sub>n</sub>) − <i>b v</i> in a notch",
     symbols="<i>k</i> stiffness, <i>x</i> position, <i>x</i><sub>n</sub> centre of the notch, "
     "<i>b</i> damping, <i>v</i> velocity",
-    explanation="Each notch is a short spring to its own centre x<sub>n</sub>. When you pull the handle out "
-    "of a notch, the force rises up to k·w (stiffness times half width) and then drops to zero: this drop "
-    "is the click of a knob. Damping absorbs the energy of the fall into the next notch; without damping, "
-    "the handle vibrates.",
+    explanation="In each notch, a short spring pulls the handle to the notch's centre x<sub>n</sub>. When "
+    "you pull the handle out of a notch, the force rises up to k·w (stiffness times half width) and then "
+    "drops to zero: this drop is the click of a knob. Damping absorbs the energy of the fall into the next "
+    "notch; without damping, the handle vibrates.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=no_terms,
     hands=("sweep", "released"),

@@ -158,7 +158,7 @@ ENVIRONMENT = Environment(
             1.5,
             0.0,
             3.0,
-            "Largest force of the ringing, without the wall's force",
+            "Largest force of the ringing alone, before the wall's force is added",
         ),
     ),
     force=force,

@@ -18,7 +18,7 @@ LABELS = (
 def contact(what: str) -> tuple[Parameter, Parameter]:
     """Return the stiffness and damping between the handle and an object of this name."""
     inside = f"Force for each metre that the handle is inside the {what}"
-    closing = f"Force for each m/s at which the handle and the {what} approach each other while they touch"
+    closing = f"Force for each m/s of approach speed between the handle and the {what} while they touch"
     symbol = "k<sub>u</sub>"
     return (
         Parameter("contact_stiffness", "Contact stiffness", "N/m", 500.0, 50.0, 5000.0, inside, symbol),

@@ -63,7 +63,7 @@ ENVIRONMENT = Environment(
             "Damping acts",
             ("into", "both", "none"),
             "into",
-            "When damping acts: only on the way in, both ways (on the way out it may pull), or never.",
+            "When damping acts: only on the way in, both ways (the wall may pull on the way out), or never.",
             labels=("On the way in", "Both ways", "Never"),
             phrases=("on the way in", "both ways", "never"),
         ),

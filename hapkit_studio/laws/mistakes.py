@@ -66,7 +66,8 @@ MISTAKES = (
     ),
     Mistake(
         "a = np.sin(x)",
-        "`{}` is not in the law language: write `math.sin(a)`; write numbers in a table above the law",
+        "`{}` is not in the law language: write `math.sin(a)`; instead of an array, write a table above the "
+        "law",
         ("np", "numpy"),
     ),
     Mistake(

@@ -100,7 +100,7 @@ def values_returned(tree: ast.FunctionDef) -> int:
         if size != sizes[0]:
             raise fail(
                 node,
-                f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: return equally many",
+                f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: return as many here",
             )
     return sizes[0] if sizes else 1
 
@@ -237,7 +237,8 @@ class Rewriter(ast.NodeTransformer):
         elif len(node.value.elts) != size:
             raise fail(
                 node,
-                f"there are {size} names here, but {len(node.value.elts)} values: write equally many",
+                f"there are {size} names here, but {len(node.value.elts)} values: write as many values as "
+                "names",
             )
         else:
             value = ast.Tuple([self.visit(v) for v in node.value.elts], ast.Load())
@@ -570,7 +571,7 @@ class Rewriter(ast.NodeTransformer):
         call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
         found = self._helper(node.func.id) if call else None  # type: ignore[attr-defined]
         if found is None:
-            raise fail(node, f"there are {size} names here, but one value: write equally many")
+            raise fail(node, f"there are {size} names here, but one value: write as many values as names")
         assert isinstance(node, ast.Call)
         name = found.__name__
         given = values_returned(function_tree(found))

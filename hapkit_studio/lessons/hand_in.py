@@ -255,7 +255,7 @@ def _answer(what: Mapping[str, Any], name: str) -> Answer:
     place = f"{name}: answer {key}"
     state = checked_text(what.get("state"), f"{place}: state", 20)
     if state not in _STATES:
-        raise FileError(f"{place}: the state is one of {', '.join(_STATES)}, not {state}.")
+        raise FileError(f"{place}: the state must be one of {', '.join(_STATES)}, not {state}.")
     numbers = {
         field: math.nan
         if what.get(field) is None

@@ -472,7 +472,7 @@ def _friction_ratio(samples: Samples, region: Region) -> Measured:
     if len(fast) < count:
         raise NotMeasured(f"You moved at up to {on_screen(float(speed.max()), 'm/s', 2)}. Move faster.")
     if not len(slow):
-        raise NotMeasured("Turn around slowly, so that the handle nearly stands still in between.")
+        raise NotMeasured("Change direction slowly, so that the handle nearly stops at each turn.")
     level = float(np.median(fast))
     if level == 0.0:
         raise NotMeasured("The moving handle felt no force. Set a friction above zero.")

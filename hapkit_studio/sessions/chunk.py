@@ -55,7 +55,7 @@ class Chunk:
         if base := self.layout.delta_to(name):
             return self.values(base) - values
         if name == "time" and not self._in_order(values):
-            raise DamagedError(f"Its times are not in order from {self.start:g} to {self.stop:g} s.")
+            raise DamagedError(f"Between {self.start:g} and {self.stop:g} s, its times are not in order.")
         if name in _WHOLE and not np.abs(values).max() < MOST_WHOLE:
             raise DamagedError(f"Its {name} goes beyond {MOST_WHOLE:,}.")
         return values

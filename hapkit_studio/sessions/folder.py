@@ -104,7 +104,7 @@ def rename(path: Path, name: str) -> Path:
     new = path.with_name(f"{_checked_name(name)}{SUFFIX}")
     if path.with_name(f"{path.name}{LOG}").exists():
         raise SessionError(
-            f"{path.name} is incomplete, and {path.name}{LOG} belongs to it: save a copy instead."
+            f"{path.name} is incomplete and needs {path.name}{LOG}: save a copy instead of renaming it."
         )
     if new == path:
         return path

@@ -115,7 +115,7 @@ def test_a_recording_that_was_not_ended_is_not_separated_from_its_log(tmp_path):
     written(tmp_path / "a.hapkit", 1, close=False)
     before = sorted(tmp_path.iterdir())
     with pytest.raises(
-        SessionError, match=r"is incomplete, and a\.hapkit-wal belongs to it: save a copy instead"
+        SessionError, match=r"is incomplete and needs a\.hapkit-wal: save a copy instead of renaming it"
     ):
         rename(tmp_path / "a.hapkit", "b")
     assert sorted(tmp_path.iterdir()) == before

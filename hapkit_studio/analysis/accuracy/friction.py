@@ -94,7 +94,7 @@ def runs(scene: plan.Scene) -> list[plan.Run]:
     return found
 
 
-RESTING = "A drift of less than one count of the Hapkit's sensor, 20.7 µm, in two seconds counts as rest"
+RESTING = "A handle rests if it drifts by less than one count of the Hapkit's sensor (20.7 µm) in two seconds"
 _LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, pulled by 300 N/m at 2 cm/s")
 PLAN = plan.Plan(
     "friction",

@@ -339,8 +339,8 @@ class SceneResult:
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
         limit, error = limit_text(best.limit), jnd(best.error)
         if best.error < 1.0:
-            return f"{where}: it feels like the ideal scene, {limit}."
-        return f"{where}: it differs by {error} from the ideal scene, {limit}."
+            return f"{where}: the scene feels like the ideal scene, {limit}."
+        return f"{where}: the scene differs by {error} from the ideal scene, {limit}."
 
     def reason(self, place: str) -> str:
         """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""
@@ -349,9 +349,11 @@ class SceneResult:
             return ""
         wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
         if not (self.is_stable_enough(best) or math.isnan(best.limit)):
-            warning = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: the best one "
+            warning = (
+                f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: the best option"
+            )
             near = best.limit >= self.question.stiffness
-            warning += "is close to its limit." if near else "needs a hand or friction to come to rest."
+            warning += " is close to its limit." if near else " needs a hand or friction to come to rest."
             stiffest = max(self.at(place), key=lambda o: o.limit)
             if best.limit < _LEAST_LIMIT * stiffest.limit:
                 more = f"{stiffest.limit - best.limit:,.0f} N/m more"

@@ -177,9 +177,9 @@ def paddle(runner: BoardRunner) -> CheckResult:
         return warn("friction", f"{words}; stored: {now.coulomb:.2f} N.", _FRICTION_REMEDY)
     if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _MASS_TOLERANCE + mass.half / now.mass:
         stored = f"{words}; stored: {1e3 * now.mass:.0f} g."
-        return warn(
-            "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
-        )
+        changed = "The motor's strength or the handle has changed"
+        remedy = f"{changed}: run Set up my Hapkit, steps Strength and Friction."
+        return warn("mass", stored, remedy)
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
     return passed(f"{words}; stored: {stored}.")
 

@@ -161,7 +161,7 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
             scale = (
                 "Take the marks of the step Zero and scale"
                 if 2.0 * length >= force
-                else "Measure the step Strength"
+                else "Do the step Strength"
             )
             wider = replace(
                 wider, determined=False, advice=f"The scale is too inaccurate to tell. {scale} again."

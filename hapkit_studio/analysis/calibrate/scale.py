@@ -43,7 +43,7 @@ def mark_from(track: Track, place: float) -> Mark:
     spread = float(np.ptp(track.position))
     if spread > STILL:
         moved = f"The handle moved {1e3 * spread:.1f} mm (limit {1e3 * STILL:.1f} mm)."
-        raise ParameterError(f"{moved} Hold it still, and take the mark again.")
+        raise ParameterError(f"{moved} Hold the handle still, and take the mark again.")
     return Mark(place, float(count.mean()))
 
 

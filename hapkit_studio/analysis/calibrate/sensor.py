@@ -115,7 +115,7 @@ def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
         return warn(
             "little",
             f"The handle moved {1e3 * found.travel:.0f} mm; {1e3 * ENOUGH_TRAVEL:.0f} mm are needed.",
-            "Move it from the left end to the right end and back.",
+            "Move the handle from the left end to the right end and back.",
         )
     return _judge_range(found, track, board)
 

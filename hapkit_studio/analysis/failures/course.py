@@ -84,7 +84,8 @@ def live(step: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="course",
     title="The course's mass–spring–damper with 1 ms steps",
-    summary="With the rule of the lecture the oscillation grows at 0.075 1/s, although a damper acts",
+    summary="With the integration rule of the lecture, the oscillation grows at 0.075 1/s, although a damper "
+    "acts",
     formula="Explicit Euler and the rule of the lecture are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
     "step dt, damping b and stiffness k",
     explanation="A mass of 2 kg on a spring of 300 N/m with a damper of 1 N·s/m touches a handle that is "

@@ -153,7 +153,7 @@ FAILURE = base.Failure(
             "usual", "Usual periods", "", 24.0, 1.0, 500.0, "Number of usual periods between two long ones"
         ),
         base.Parameter(
-            "long", "Long period", "periods", 5.0, 1.0, 20.0, "Length of the long period, in usual periods"
+            "long", "Long period", "periods", 5.0, 1.0, 20.0, "Long period divided by the usual period"
         ),
         spring.MASS,
         spring.VISCOUS,

@@ -262,9 +262,8 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
     back = np.diff(time) <= 0.0
     if back.any():
         row = int(np.argmax(back)) + 1
-        times = (
-            f"{compact(time[row], 6)} s follows {compact(time[row - 1], 6)} s in line {table.line_of(row)}"
-        )
+        late, early = compact(time[row - 1], 6), compact(time[row], 6)
+        times = f"{early} s comes after {late} s in line {table.line_of(row)}"
         raise FileError(f"{table.file} has times that decrease or repeat: {times}.")
 
 

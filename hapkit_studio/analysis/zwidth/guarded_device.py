@@ -62,7 +62,7 @@ class TrialLimits:
         if self.push > 0.6 * self.max_force:
             raise ParameterError(
                 f"The force limit must be {compact(self.push / 0.6, 3)} N or more for a push of "
-                f"{self.push:g} N, not {self.max_force:g} N."
+                f"{self.push:g} N; now it is {self.max_force:g} N."
             )
 
 

@@ -177,7 +177,9 @@ class Person:
                 self._guarded.instruct(words)
             last_text = words
             if time.monotonic() > end:
-                raise Interrupted(f"You did not press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
+                raise Interrupted(
+                    f"You did not press within {_PATIENCE_SECONDS:.0f} s. The measurement ended."
+                )
         self._guarded.instruct("Hold the handle still")
 
     def press(self, stiffness: float) -> None:

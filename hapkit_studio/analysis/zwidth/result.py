@@ -233,7 +233,7 @@ class Protocol:
         MAX_FORCE.check(self.max_force)
         if self.push >= self.max_force:
             raise ParameterError(
-                f"The force limit must be above the push of {self.push:g} N, not {self.max_force:g} N."
+                f"The force limit must be above the push of {self.push:g} N; now it is {self.max_force:g} N."
             )
 
 

@@ -158,7 +158,7 @@ class ScenePart(Part):
     begin = "How close is this scene to the ideal scene, and which method would be closer?"
     drawn, listed = (
         "Error of every method, divided into its causes",
-        "Methods with error, rate and stiffness limit",
+        "Error, rate and stiffness limit of every method",
     )
     read = charts.SCENE_KEY
     use_button: QPushButton
@@ -316,8 +316,7 @@ Row = tuple[str, Needs | None]  # a row of the table: a scene's title, and its r
 
 def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
     return (
-        f"{sense}: most people notice {typical}. The most sensitive people notice: {strict}. Source: "
-        f"{source}."
+        f"{sense}: most people notice {typical}. For the most sensitive people: {strict}. Source: {source}."
     )
 
 

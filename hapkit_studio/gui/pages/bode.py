@@ -24,7 +24,7 @@ SIMULATION, VIRTUAL = range(2)
 _HOW = (
     "The measurement moves a simulated handle at many frequencies at once. Your own handle does not move. "
     "For a real Hapkit, the loop is simulated with the measured rate and delay. The choice Virtual board "
-    "runs the real firmware twice: once the computer computes the force, once the board."
+    "runs the real firmware twice: one time the computer computes the force, the other time the board does."
 )
 
 
@@ -40,11 +40,11 @@ class BodePage(MeasuringPage):
     )
     read = (
         "Dots are measured values with bars for the 95 % interval. A hollow dot: the force is not "
-        "proportional to the motion. Solid line: theory of the sampled loop. Dashed line: here the stiffness "
-        "has dropped by 3 dB, or the loop gives more energy than the handle's damping takes. Dotted line: "
-        "the handle's own mass and damping. Above the frequency at which the dotted line crosses the "
-        "stiffness, a hand feels the mass instead. A law that is not linear is measured with one frequency "
-        "at a time."
+        "proportional to the motion. Solid line: theory of the sampled loop. Dashed line: at this frequency, "
+        "the stiffness has dropped by 3 dB, or the loop begins to give more energy than the handle's damping "
+        "takes. Dotted line: the handle's own mass and damping. Above the frequency at which the dotted line "
+        "crosses the stiffness, a hand feels the mass instead. A law that is not linear is measured with one "
+        "frequency at a time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):

@@ -98,7 +98,7 @@ def columns(part: "Part") -> tuple[Column, ...]:
     """Return the columns of a part's table: the term with its unit, its set value, its identified value."""
     from hapkit_studio.analysis.identify import texts
 
-    heads = ("Model value", "Identified") if part.key == "handle" else ("Set value", "Rendered")
+    heads = ("Model value", "Identified") if part.key == "handle" else ("Chosen", "Rendered")
 
     def found(estimate: "Estimate") -> str:
         return texts.measured(estimate) if estimate.determined else "unknown"
@@ -122,7 +122,7 @@ class IdentifyPage(MeasuringPage):
         "Move the handle or press Shake handle. Then press Identify to compare the rendered values "
         "with those you set."
     )
-    drawn, listed = "Force over position, velocity or acceleration", "Set values and identified values"
+    drawn, listed = "Force over position, velocity or acceleration", "Chosen values and identified values"
     buttons = ("Identify", "Identify again")
     needs = ""
     read = (

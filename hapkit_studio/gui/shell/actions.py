@@ -300,7 +300,7 @@ _PLOTS = (
     ),
     Action(
         "view.as_felt",
-        "Force where it acted",
+        "Force as felt",
         lambda w: w.centre.phase.felt.toggle(),
         enabled=lambda w: w.centre.phase.felt.isEnabled(),
         checked=lambda w: w.centre.phase.felt.isChecked(),

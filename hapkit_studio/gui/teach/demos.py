@@ -157,7 +157,7 @@ def _path(given: object, at: float) -> Path_:
         time, place = number(_TIME, point[0]), number(_PLACE, point[1])
         if path and at + time <= path[-1][0]:
             raise ParameterError(
-                f"The times of the hand must increase: {time:g} s follows {path[-1][0] - at:g} s."
+                f"The times of the hand must increase: {time:g} s comes after {path[-1][0] - at:g} s."
             )
         path.append((at + time, place / 1e3))
     return tuple(path)

@@ -86,8 +86,8 @@ WORDS = {
         "missed tick, the old force continues."
     ),
     "Trigger": (
-        "Stops the time plots when the handle touches something or crosses a level, and shows the "
-        "time before it. Rendering and recording continue."
+        "Stops the time plots when the handle touches something or crosses a level, and shows what "
+        "happened before. Rendering and recording continue."
     ),
     "Virtual environment": (
         "A rule that gives a force for each position and speed of the handle. The wall or spring "

@@ -52,7 +52,7 @@ def test_uncertain_scales_make_estimates_undetermined():
         assert [wider[key].determined for key in NAMES] == [told, told, True]
         assert set(paddle.changes(wider)) == (set(NAMES) if told else {"coulomb"})
         assert ("Take the marks of the step Zero and scale again" in wider["mass"].advice) != told
-    assert "Measure the step Strength again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
+    assert "Do the step Strength again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
 @pytest.mark.slow

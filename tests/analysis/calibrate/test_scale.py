@@ -105,6 +105,6 @@ def test_a_moving_handle_gives_no_mark():
     kit = PaddleKit()
     work = session(kit)
     kit.student = lambda k: setattr(k, "hand", 0.002 * np.sin(10.0 * k.time))
-    with pytest.raises(ParameterError, match="Hold it still"):
+    with pytest.raises(ParameterError, match="Hold the handle still"):
         work.take_mark(0.0)
     assert work.marks == []

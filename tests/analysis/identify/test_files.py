@@ -200,9 +200,9 @@ def test_plot_columns_are_in_si_units(tmp_path):
     [
         (
             "t_ms;x_mm;F\n0;0;0\n1;0;0\n1;0;0\n",
-            r"times that decrease or repeat: 0\.001 s follows 0\.001 s in line 4",
+            r"times that decrease or repeat: 0\.001 s comes after 0\.001 s in line 4",
         ),
-        ("t_ms;x_mm;F\n0;0;0\n\n5;0;0\n1;0;0\n", r"0\.001 s follows 0\.005 s in line 5"),
+        ("t_ms;x_mm;F\n0;0;0\n\n5;0;0\n1;0;0\n", r"0\.001 s comes after 0\.005 s in line 5"),
         ("t_ms;x_mm;F\n0;0;0\n1;nan;0\n", "not numbers, first in line 3"),
         ("t_ms;x_mm;F\n0;0;0\n1;0;-inf\n", "not numbers, first in line 3"),
         ("t_ms;x_mm;F\n0;0;0\n1;?;0\n", "line 3, x_mm is '\\?'"),

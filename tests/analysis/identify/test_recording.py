@@ -92,11 +92,11 @@ def first_as(words):
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], rows[19], *rows[20:]],
-            r"times that decrease or repeat: 0\.019 s follows 0\.019 s in line 41",
+            r"times that decrease or repeat: 0\.019 s comes after 0\.019 s in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], rows[3], *rows[20:]],
-            r"times that decrease or repeat: 0\.003 s follows 0\.019 s in line 41",
+            r"times that decrease or repeat: 0\.003 s comes after 0\.019 s in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], first_as("nan")(rows[20]), *rows[21:]],

@@ -78,7 +78,7 @@ def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
         assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
         assert up[0] < -force.max() < -force.min() < up[1]
     rows = {row[0]: row[1:] for row in page.table.texts()}
-    assert rows["Term"] == ("Set value", "Rendered")
+    assert rows["Term"] == ("Chosen", "Rendered")
     asked, rendered = rows["Damping on the way in\nN·s/m"]
     assert asked == "2"
     assert rendered.startswith("2.0")

@@ -296,7 +296,7 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
         ("delay = 0.002", 'where = "board"', "no 'where'"),
         ('"spring"', '"sprung"', "environment 'sprung' is not installed"),
         ("[2.0, 12.0]", "[2.0, 60.6]", "−60 and 60 mm, not 60.6"),
-        ("[2.0, 12.0]", "[0.0, 12.0]", "must increase: 0 s follows 0 s"),
+        ("[2.0, 12.0]", "[0.0, 12.0]", "must increase: 0 s comes after 0 s"),
         ("[2.0, 12.0]", "[2.0]", "[s, mm], not [2.0]"),
         ('"release"', '"drop"', "not 'drop'"),
         ("at = 4.0", "at = 0.0", "must be between 0 s"),

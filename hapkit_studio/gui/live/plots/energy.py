@@ -23,8 +23,8 @@ PLOT = TimePlot(
             "to the hand",
             "energy",
             dash=(9.0, 4.0, 2.0, 4.0),
-            help="Energy to the hand: what the scene has given since the last change of a setting: "
-            "force times distance",
+            help="Energy to the hand: the energy that the scene has given since the last change of a "
+            "setting (force times distance)",
         ),
     ),
     beside=True,
