@@ -41,9 +41,12 @@ THRESHOLDS = (
         "Ho and Srinivasan 1996: a difference of 0.4 ± 0.1 mm in thickness between two fingers",
     ),
     (
-        "Vibration", "10, 0.5, 0.05, 0.1, 1 µm at 26, 100, 150 to 200, 250, 400 Hz", "a tenth",
+        "Vibration",
+        "10 µm at 26 Hz, 0.5 µm at 100 Hz, 0.05 µm at 150 to 200 Hz, 0.1 µm at 250 Hz, 1 µm at 400 Hz",
+        "a tenth of this",
         f"Smallest vibration that most people feel{FROM_MEMORY}; Brisben, Hsiao and Johnson 1999, abstract: "
-        "cylinder in the hand, least at 150 to 200 Hz, there below 0.01 µm in some of 19 subjects",
+        "a vibrating cylinder in the hand is felt best at 150 to 200 Hz, by some of 19 people even "
+        "below 0.01 µm",
     ),
     ("Event, such as a click", "whether the event occurs, or 20 ms", "the same", "Levitin and "
         f"others 1999{FROM_MEMORY}"),

@@ -48,7 +48,8 @@ def pointing_columns() -> tuple[Column, ...]:
 def pointing_figure(found: Sequence[Line], path: str | Path) -> None:
     """Write the movement times over the index of difficulty."""
     caption = (
-        "Points: mean for one distance and width. Lines: movement time = a + b · index of difficulty, fitted"
+        "Points: mean of the trials with the same distance and width. Lines: fit of movement time = a + b · "
+        "index of difficulty"
     )
     save(lambda figure, c: draw_pointing(figure, c, found), path, _SIZE, caption=caption)
 

@@ -44,7 +44,7 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
         "Torque over duty",
         {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "proportional", MotorMap.TABLE: "table"},
     ),
-    "sense": ("Direction of growing counts", {1: "right", -1: "left"}),
+    "sense": ("Direction in which counts grow", {1: "right", -1: "left"}),
     "direction": ("Push while the direction pin is high", {1: "right", -1: "left"}),
 }
 # label, display units per SI unit, unit, decimals

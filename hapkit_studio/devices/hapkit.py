@@ -144,7 +144,7 @@ class HapkitBoard(Device):
     def probe(self) -> dict[str, Any]:
         port = serial_ports.at(self.port)
         if port is not None and port.role is Role.OTHER:
-            return {"ok": False, "text": "This port was not tested, because it is not a Hapkit."}
+            return {"ok": False, "text": "This port was not tested, because its device is not a Hapkit."}
         try:
             self.open()
             return _answers(self)

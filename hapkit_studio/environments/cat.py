@@ -193,7 +193,7 @@ PARAMETERS = (
         "to be stroked. Strokes against the fur lower it by 0.8 per metre. Fast strokes lower it by 3.5 per "
         "metre: above 12 cm/s against the fur, above 14 cm/s from head to tail. Below −0.5 the cat hits "
         "your hand, then ignores you for 5 s. Choosy: the contentment grows 0.8 times and falls 1.25 times "
-        "as fast. Grumpy: 0.7 times and 1.5 times.",
+        "as fast as with Easy. Grumpy: 0.7 times and 1.5 times.",
     ),
 )
 
@@ -211,7 +211,8 @@ ENVIRONMENT = Environment(
     "<i>F</i><sub>p</sub> purr force, <i>φ</i> phase of the purr",
     explanation="Stroke the cat slowly from head (left) to tail: it becomes content and purrs. It dislikes "
     "fast strokes and strokes against the fur. If you stroke it the wrong way for long, it hits your "
-    "hand once with its paw and then ignores you for 5 s. If you leave it alone, it forgets.",
+    "hand once with its paw and then ignores you for 5 s. If you leave it alone, its mood "
+    "slowly becomes neutral.",
     impedance=impedance,
     terms=no_terms,
     over_position=over_position,

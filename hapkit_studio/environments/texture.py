@@ -105,7 +105,7 @@ ENVIRONMENT = Environment(
             "Kind",
             KINDS,
             "grating",
-            "Bands: damping acts in every other stripe. Grating: the force is a regular wave. Sandpaper: "
+            "Bands: damping acts in every second stripe. Grating: the force is a regular wave. Sandpaper: "
             "the grains are random.",
         ),
         Parameter(

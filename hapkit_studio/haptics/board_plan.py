@@ -261,7 +261,7 @@ def fastest(program: "Program") -> float:
 
 
 _REFUSED: dict[int, str] = {
-    Refusal.TOO_LARGE: "The board has no room for this law",
+    Refusal.TOO_LARGE: "This law is too large for the board",
     Refusal.TOO_SLOW: "The board is too slow for this law at this rate",
 }
 

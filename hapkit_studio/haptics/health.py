@@ -170,9 +170,10 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     # the board cannot measure longer delays
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
     gone = silent("The board", value) if value > 0.0 else "The device is disconnected."
+    duration, period = on_screen(value, "s", 3), on_screen(second, "s", 3)
     found = {
         arrays.NOT_A_NUMBER: (f"Fault: the law returned {name} at {place}{at}.", ""),
-        arrays.LAW_INDEX: (f"Fault: line {line} of the law uses an index beyond its state or table.", ""),
+        arrays.LAW_INDEX: (f"Fault: line {line} of the law uses an index outside the state or table.", ""),
         arrays.LAW_FUEL: (f"Fault: line {line} of the law does not end.", ""),
         arrays.LAW_DIVISION: (f"Fault: line {line} of the law divides by zero at {place}.", ""),
         arrays.OVER_SPEED: (
@@ -188,7 +189,7 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
             "Lower the servo rate, then clear the fault.",
         ),
         arrays.SLOW_LAW: (
-            f"Fault: {law} takes {on_screen(value, 's', 3)}, but the period is {on_screen(second, 's', 3)}.",
+            f"Fault: {law} takes {duration}, but the period is {period}.",
             f"{SIMPLIFY} Then clear the fault.",
         ),
         arrays.SLOW_LINK: (

@@ -699,8 +699,8 @@ class _Encoder:
                     number = operand
                     if number > 0xFFFF:
                         raise LawError(
-                            "A loop of this law runs more than 65,535 times, the most on the board. Use "
-                            "fewer turns."
+                            "A loop of this law repeats more than 65,535 times, the maximum on the board. "
+                            "Use fewer repetitions."
                         )
                 case _:
                     number = self.slot(section, operand)

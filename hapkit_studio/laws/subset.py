@@ -54,7 +54,7 @@ MATH = {
     "copysign": Function(2, 2, "absolute value of a with the sign of b", "drag = -math.copysign(0.4, v)"),
     "pow": Function(2, 2, "a to the power b, as `a ** b`", "push = math.pow(abs(x) / 0.01, 1.5)"),
     "fmod": Function(
-        2, 2, "remainder with the sign of a, while `%` has the sign of b", "rest = math.fmod(x, 0.004)"
+        2, 2, "remainder with the sign of a; with `%`, it has the sign of b", "rest = math.fmod(x, 0.004)"
     ),
 }
 """Functions of the module `math`."""
@@ -99,7 +99,7 @@ _INSTEAD: dict[Any, str] = {
     ),
     (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
-    ast.Tuple: "write several values at once only in `a, b = ...` and in `return a, b` of a helper",
+    ast.Tuple: "several values at once are allowed only in `a, b = ...` and in `return a, b` of a helper",
     (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
     ast.JoinedStr: "text in quotes is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",

@@ -82,7 +82,9 @@ def function_tree(function: Callable) -> ast.FunctionDef:
     try:
         node = parse(_text(function)).body[0]
     except (OSError, SyntaxError):
-        raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
+        raise LawError(
+            f"The source code of {function.__name__!r} cannot be read; write this function in a file."
+        ) from None
     if not isinstance(node, ast.FunctionDef):
         raise fail(node, "a law must be a function")
     for name in function.__code__.co_freevars:

@@ -108,7 +108,7 @@ def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tupl
         return value, EDITED, f"{reason} They give: {again.text}"
     if stored.state != again.state or not _alike(stored.value, again.value):
         stored_text = entry.text(stored.value) if math.isfinite(stored.value) else "no value"
-        reason = f"The file says {stored_text}, {stored.state}; its samples give: {again.text}"
+        reason = f"The file says {stored_text} ({stored.state}), but its samples give: {again.text}"
         return value, EDITED, reason
     return value, again.state, again.text
 

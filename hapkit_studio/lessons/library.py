@@ -45,7 +45,9 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
     paths = {path.stem: path for path in sorted(resources.path("lessons").glob(f"*{SUFFIX}"))}
     if folder is not None:
         if not os.path.isdir(folder):
-            raise ParameterError(f"There is no folder {folder}: name the folder with your lessons.")
+            raise ParameterError(
+                f"There is no folder {folder}. Choose the folder that contains your lessons."
+            )
         own = sorted(Path(folder).glob(f"*{SUFFIX}"))[:MOST_FILES]
         paths |= {path.stem: path for path in own}
     for path in paths.values():

@@ -500,7 +500,7 @@ MEASUREMENTS = _table(
         Measurement("damping", "Damping", "N·s/m", _identified("damping"), PRESS),
         Measurement("friction", "Friction", "N", _identified("friction")),
         Measurement(
-            "friction_ratio", "Ratio of slow to fast friction", "", _friction_ratio, seconds=5.0, decimals=2
+            "friction_ratio", "Friction ratio (slow / fast)", "", _friction_ratio, seconds=5.0, decimals=2
         ),
         Measurement("slope", "Slope", "N/m", _slope, PRESS),
         Measurement("peak_force", "Peak force", "N", _peak_force, PRESS),

@@ -60,8 +60,8 @@ def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hid
         heads = "<thead><tr><th>Criterion</th><th>Points</th></tr></thead>"
         body.append(f"<h2>Rubric</h2><table>{heads}<tbody>{cells}</tbody></table>")
     forces = (
-        "Forces are commanded; the force at the handle is not measured. The checks "
-        "were evaluated again from the samples in the file when this page was written."
+        "The forces are those sent to the motor; the force at the handle is not measured. The checks were "
+        "evaluated again, from the samples in the file, when this page was written."
     )
     body.append(f'<p class="soft">{forces}</p>')
     return page(lesson.title if hidden else f"{lesson.title}: {handed.student}", "\n".join(body))

@@ -77,7 +77,8 @@ class Database:
         log, index = (_size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX))
         if _has_journal(path):
             raise SessionError(
-                f"{name} is incomplete: another program was changing it, as {name}{_JOURNAL} is next to it."
+                f"{name} is incomplete: the file {name}{_JOURNAL} next to it shows that another program was "
+                "changing it."
             )
         self.log_lost = not self.complete and not log
         self.version = _version(header)

@@ -182,7 +182,7 @@ class Session:
                     writer.add(chunk)
                     added += 1
             if not added:
-                raise SessionError(f"{' '.join(self.damage)} No samples remain to be written.")
+                raise SessionError(f"{' '.join(self.damage)} There are no readable samples to write.")
         return self.damage
 
     def read(
@@ -312,7 +312,7 @@ class Session:
             try:
                 for found in self._database.execute(query, (row,)):
                     if found[0] <= row:  # corrupt pages may refer to each other in a circle
-                        self._left_out(table, row + 1, f"{table} {row + 1} and later rows: no order.")
+                        self._left_out(table, row + 1, f"{table} {row + 1} and later rows: not in order.")
                         return
                     row, leap = found[0], 1
                     yield found

@@ -136,7 +136,7 @@ def test_other_devices_are_neither_probed_nor_flashed(plugged):
     entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
     assert entry.make().probe() == {
         "ok": False,
-        "text": "This port was not tested, because it is not a Hapkit.",
+        "text": "This port was not tested, because its device is not a Hapkit.",
     }
     assert peer.received == []
     with pytest.raises(errors.NotAHapkitError, match=r"different kind of port: mobile modem\.") as caught:

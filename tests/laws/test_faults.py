@@ -31,7 +31,7 @@ INFINITY = (
     "(x < 0) ** -(x > 0)",
 )
 BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
-BEYOND = "line {} of the law uses an index beyond its state"
+BEYOND = "line {} of the law uses an index outside the state"
 # columns: a body, the message (its {} is the line number), and words of the faulty line
 CASES = [
     *[(USES[0].format(i), BEYOND, "s.ring") for i in WRONG_INDEX],

@@ -23,7 +23,7 @@ REFUSED = [
     ("a, b = half(x)", "`half` returns 1 value: store them with `a = half(…)`"),
     ("a = both(x)", "`both` returns 2 values: store them with `a, b = both(…)`"),
     ("a, x = v, 1.0", "`x` cannot be assigned"),
-    ("return x, v", "write several values at once only in"),
+    ("return x, v", "several values at once are allowed only in"),
     ("a = b = 1.0", "one name at a time"),
     ("*a, b = x, v", "only names and the state"),
     ("a = max(*x)", "`*` before a name"),

@@ -138,7 +138,7 @@ def outside(tmp_path_factory):
 def test_an_index_outside_is_a_fault_everywhere(outside, machine, n, tmp_path, monkeypatch):
     made, line = outside
     (fault,) = (run_ := held(made, damping=float(n))).faults
-    assert f"line {line} of the law uses an index beyond its state or table" in fault
+    assert f"line {line} of the law uses an index outside the state or table" in fault
     assert not run_.applied_force.any()
     given, rows = made.values({"damping": float(n)}), np.array([[0.01, 0.0]])
     program = board.compile(made.force, given, 1e-3)

@@ -20,7 +20,8 @@ from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
-FELT = "A third of the 6 % change of force that people can feel"  # the reason for a tolerance of 2 %
+# the reason for a tolerance of 2 %
+FELT = "A third of 6 %, the smallest change of force that people can feel"
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 # relative errors; for a speed error they are multiplied by ten times the scene's tolerance

@@ -380,7 +380,7 @@ class SceneResult:
         pairs = zip(self.question.choices, best.options, strict=True)
         ahead = any(choice.text(value) == "semi_implicit" for choice, (_, value) in pairs)
         lead = "runs half a step ahead" if ahead else "has an error of the opposite sign"
-        return f"{most} {best.method} {lead}, so it cancels {jnd(-own)} of the total."
+        return f"{most} {best.method} {lead}, so this cancels {jnd(-own)} of the total error."
 
 
 def jnd(error: float) -> str:

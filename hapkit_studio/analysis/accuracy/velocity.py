@@ -48,7 +48,7 @@ SIGNALS: dict[str, tuple[str, Callable[[], Signal]]] = {
     "steady": ("Steady 100 mm/s", cache(lambda: _ramp(0.1))),
     "swing": ("20 mm at 1 Hz", cache(lambda: _sine(0.02, 1.0))),
     "shake": ("2 mm at 8 Hz", cache(lambda: _sine(0.002, 8.0))),
-    "reversal": ("Reversal of 200 mm/s", cache(lambda: _reversal(0.2))),
+    "reversal": ("Reversal at 200 mm/s", cache(lambda: _reversal(0.2))),
 }
 JUDGED_FROM = round(0.3 * RATE)
 SHORT = {key: key.upper() if key in ("iir", "foaw") else key.capitalize() for key in ESTIMATORS}
@@ -63,7 +63,9 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
 # the velocity
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
-_REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"
+_REASON = (
+    f"With the {_DAMPING:g} N·s/m of the damping scene, this is {1e3 * UNFELT:g} mN, too weak to be felt"
+)
 
 
 def label(key: str, options: dict[str, float]) -> str:

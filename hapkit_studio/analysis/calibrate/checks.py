@@ -31,7 +31,7 @@ _MUCH_FRICTION = 0.25
 _HOLDING_FRICTION = 0.2
 """N; this dry friction may hold a handle against the strongest pulse."""
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, or a sector that rubs."
-_SWEEP_REMEDY = "Level the kit, release the handle in the middle, and test again."
+_SWEEP_REMEDY = "Put the kit on a level surface, release the handle in the middle, and test again."
 _COARSE_QUANTUM = 0.2e-3
 """m: size of a count; with a coarser sensor (an encoder), a sweep determines neither mass nor friction."""
 _TRIES = 3
@@ -63,7 +63,8 @@ def settings(runner: BoardRunner) -> CheckResult:
     if abs(ratio - 1.0) > 0.1:
         return warn(
             "scale",
-            f"Scale and radii disagree: the travel per count is {ratio:.2f} × that of the radii.",
+            f"Scale and radii disagree: the scale's travel per count is {ratio:.2f} × the value from the "
+            "radii.",
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
@@ -81,7 +82,7 @@ def sensor(runner: BoardRunner) -> CheckResult:
         return too_noisy(noise)
     if np.ptp(track.position) > 0.5e-3:
         words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm although it should rest."
-        return warn("moving", words, "Take your hands off, level the kit, and test again.")
+        return warn("moving", words, "Take your hands off, put the kit on a level surface, and test again.")
     if np.any(track.flags & int(BoardFlag.SENSOR)):
         return warn("sensor", "Some readings are impossible.", "Check the sensor's plug and magnet.")
     return passed(
@@ -145,7 +146,7 @@ def direction(runner: BoardRunner) -> CheckResult:
     found = push_both_ways(runner)
     if found.agrees is False:
         words = found.result.text + " A spring would push the handle away."
-        remedy = "Run Set up my Hapkit, step Direction, or Device, Flip direction."
+        remedy = "Run Set up my Hapkit, step Direction, or choose Flip direction in the menu Device."
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         words = (
@@ -162,7 +163,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
         count = f"One sensor step is {1e3 * now.quantum:.1f} mm"
-        return passed(f"Swept. {count}, which is too coarse to measure mass and friction.")
+        return passed(f"The sweep worked. {count}, which is too coarse to measure mass and friction.")
     if not part.estimates:
         return warn("sweep", part.advice, _SWEEP_REMEDY)
     mass, dry = part["mass"], part["coulomb"]
@@ -288,7 +289,6 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
         except ForceLimitError as error:
             return CheckResult(WARN, str(error))
         except AbortedError as error:
-            remedy = "Level the kit, release the handle in the middle, and test again."
-            return warn("aborted", str(error), remedy)
-    words = f"This computer was late {_TRIES} times, so the board switched its motor off, as it must."
+            return warn("aborted", str(error), _SWEEP_REMEDY)
+    words = f"This computer was late {_TRIES} times, so the board switched the motor off, as it should."
     return warn("late", words, "The kit is not the cause. Close other programs, then test again.")

@@ -91,7 +91,10 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
     signs = {np.sign(force * moved_by) for force, moved_by in moved}
     if len(signs) > 1 or not rights or not lefts:
         words = "The handle did not follow the pulses in both directions."
-        remedy = "Level the kit, release the handle in the middle, and keep your hands off. Then push again."
+        remedy = (
+            "Put the kit on a level surface, release the handle in the middle, and keep your hands off. Then "
+            "push again."
+        )
         return Direction(None, warn("one way", words, remedy))
     farthest = 1e3 * max(abs(moved_by) for _, moved_by in moved)
     if signs == {-1.0}:

@@ -107,7 +107,8 @@ def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
         return warn(
             "stuck",
             f"The sensor stays at {found.low} although the handle should move.",
-            "Check the chosen kit, the magnet on the motor's shaft, and the plug. Then move again.",
+            "Check the chosen kit, the magnet on the motor's shaft, and the plug. Then move the handle "
+            "again.",
         )
     if found.noise > NOISY:
         return too_noisy(found.noise)

@@ -117,7 +117,7 @@ FAILURE = base.Failure(
         0.4,
         0.01,
         2.0,
-        "Phase in radians by which the oscillation advances while the force is late",
+        "Phase in radians by which the oscillation advances during the delay of the force",
         "ω T (1 + 2 td/T)",
     ),
     limit=lambda case: LATENESS,

@@ -75,7 +75,7 @@ def live(friction: float, case: base.Case) -> base.Live:
     place = max(size, key=lambda one: size[one])
     if size[place] >= values["kinetic_force"]:
         flips = f"The force jumps by {with_unit(size[place], 'N', 2)} and the handle never rests"
-        outcome = f"{flips}. With the model Projection it comes to rest."
+        outcome = f"{flips}. With the model Projection the handle comes to rest."
     else:
         further = "" if friction < limit(case) else " because it has friction of its own. Increase F further"
         outcome = f"The handle comes to rest{further}."

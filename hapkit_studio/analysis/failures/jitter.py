@@ -150,7 +150,7 @@ FAILURE = base.Failure(
     ),
     options=(
         base.Parameter(
-            "usual", "Usual periods", "", 24.0, 1.0, 500.0, "Number of usual periods between two long ones"
+            "usual", "Usual periods", "", 24.0, 1.0, 500.0, "Number of usual periods between two long periods"
         ),
         base.Parameter(
             "long", "Long period", "periods", 5.0, 1.0, 20.0, "Long period divided by the usual period"

@@ -150,7 +150,9 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     """
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
-        raise ParameterError(f"Telemetry rows are {rows.ROW_WIDTH} numbers each, not {table.shape}.")
+        raise ParameterError(
+            f"Each telemetry row must have {rows.ROW_WIDTH} numbers; this table has the shape {table.shape}."
+        )
     back = np.flatnonzero(np.diff(table[:, rows.BOARD_TIME]) <= 0.0)
     table = table[back[-1] + 1 :] if len(back) else table
     hand = hand_parts(table[:, rows.HAND_FORCE], table[:, rows.HAND_TARGET], setup)

@@ -151,8 +151,8 @@ def force_known(setup: Setup) -> str:
     """State that the force is the command, not a measurement, and how to measure it."""
     if setup.foreign:
         return (
-            "The force is taken from the file, and ± is the uncertainty of the fit. If the force "
-            "in the file is wrong, all numbers are wrong."
+            "± is the uncertainty of the fit. The force is taken from the file: if it is wrong there, all "
+            "numbers are wrong."
         )
     if setup.handle is not None:
         return "The force is not measured, but the simulated motor gives exactly the force that was set."

@@ -55,7 +55,7 @@ class Verdict:
 
     @property
     def headline(self) -> str:
-        """Return the verdict in a few words, such as "Stable" or "Buzzes when let go"."""
+        """Return the verdict in a few words, such as "Stable" or "Buzzes if you let go"."""
         if self.not_judged:
             return "Not judged"
         if self.calm:
@@ -67,7 +67,7 @@ class Verdict:
         if self.worst == RELEASED and all(
             other.calm for hand, other in self.does.items() if hand != RELEASED
         ):
-            return f"{does.capitalize()} when let go"
+            return f"{does.capitalize()} if you let go"
         return "Buzzes after a push" if one.most else "Flies away after a push"
 
     @property

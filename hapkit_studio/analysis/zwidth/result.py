@@ -254,7 +254,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
     """Return the virtual dampings in N·s/m, unique and sorted; raise ParameterError for invalid ones."""
     levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
-        raise ParameterError("Give at least one damping for a Z-width, for example 0,1,2,5.")
+        raise ParameterError("Enter at least one value of damping for a Z-width, for example 0,1,2,5.")
     return levels
 
 

@@ -103,7 +103,10 @@ class Header(QWidget):
             elif several:
                 self.lines += line
         if plot.limits:
-            limit = "The largest force that the motor may give. A larger asked force is cut to this value"
+            limit = (
+                "The largest force that the motor may give. If the law asks for more, the force is cut to "
+                "this value"
+            )
             self.lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Position of the surface")
         self.surface = surface if plot.surface else []

@@ -316,7 +316,7 @@ Row = tuple[str, Needs | None]  # a row of the table: a scene's title, and its r
 
 def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
     return (
-        f"{sense}: most people notice {typical}. For the most sensitive people: {strict}. Source: {source}."
+        f"{sense}: most people notice {typical}. The most sensitive people notice {strict}. Source: {source}."
     )
 
 

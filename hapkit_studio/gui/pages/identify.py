@@ -115,7 +115,7 @@ class IdentifyPage(MeasuringPage):
 
     file = "identify"
     heading, about = (
-        "Set and rendered values",
+        "Values: set and rendered",
         "The values are identified from the newest samples with the present settings.",
     )
     begin = (

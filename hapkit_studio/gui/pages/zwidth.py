@@ -31,8 +31,7 @@ _REFRESH_MS = 100
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
     "A simulated hand presses into stiffer and stiffer walls, until a wall keeps buzzing. The force, "
-    "the speed "
-    "and the distance of its motion are limited. Esc stops the measurement at once. Afterwards your settings "
+    "speed and travel of the handle are limited. Esc stops the measurement at once. Afterwards your settings "
     "are restored."
 )
 
@@ -46,7 +45,7 @@ class ZWidthPage(MeasuringPage):
     file = "z-width"
     heading, about = "Z-width", "The stiffest wall without lasting buzzing, for each virtual damping."
     begin = "Press Measure to find the stiffest wall that this Hapkit renders without buzzing."
-    drawn, listed = "Stiffness over damping of the walls without buzzing", "Walls without buzzing"
+    drawn, listed = "Stiffness over damping, for walls without buzzing", "Walls without buzzing"
     read = (
         "Below each point, the handle came to rest on every wall after a hit and a push. Bar: in this range "
         "some walls buzz and some do not. Hollow point: the motor reached its force limit. Dashed line: the "

@@ -72,12 +72,12 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
         )
     if not spare:
         return (
-            f"{title} is simulated with {_text(OPTIONAL)}. If one of these parts were left out, people "
-            "would feel a difference."
+            f"In the scene {title}, the device is simulated with {_text(OPTIONAL)}. If one of these parts "
+            "were left out, people would feel a difference."
         )
     return (
-        f"{title} is simulated without {_text(spare)}, because with the default values nobody would "
-        "feel a difference. With other values, all parts of the device are simulated."
+        f"In the scene {title}, the device is simulated without {_text(spare)}, because with the default "
+        "values nobody would feel a difference. With other values, all parts of the device are simulated."
     )
 
 

@@ -415,7 +415,7 @@ _ENVIRONMENT = (
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "Store settings as A or B, then switch", _switch, "X",
+        "teach.switch", "Store settings A and B, then switch", _switch, "X",
         enabled=lambda w: _has_parameters(w) and w.studio.hidden not in (QUIZ, POINTING),
         current_text=lambda w: "Switch between A and B" if w.studio.hidden else w.two.next_text,
     ),

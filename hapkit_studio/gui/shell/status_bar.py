@@ -17,9 +17,10 @@ CLAMP_SHOWN_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
 _MOST_MISSED = 1e-3  # the user does not feel missed ticks if they are below this fraction of recent ticks
-_JUMPS = "How often the clock of the board jumped or stopped since the device was connected"
+_JUMPS = "How many times the clock of the board jumped or stopped since the device was connected"
 _MISSED = (
-    "How often a force came too late or not at all, or USB data were lost, since the device was connected"
+    "How many times a force came too late or not at all, or USB data were lost, since the device was "
+    "connected"
 )
 _LATE, _IN_TIME = "Loop late", "Loop on time"
 _CLAMP_WORDS = "Force cut to 8.8 N", "Force below its limit, 8.8 N", "Force +8.8 N, limit 8.8 N"

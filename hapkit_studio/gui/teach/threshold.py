@@ -67,7 +67,7 @@ class ThresholdDialog(FormDialog):
             quantity = Quantity(one)
             words = f"{one.label}, {quantity.text(studio.values[one.key] * quantity.factor)} {quantity.unit}"
             self.parameter.addItem(words, one)
-        self.add_fields([("Compared value", self.parameter, None)])
+        self.add_fields([("Value to compare", self.parameter, None)])
         self.add_verdict(1)
         self.add_buttons(self.start)
         self.start.setDefault(True)

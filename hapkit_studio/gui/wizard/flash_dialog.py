@@ -186,7 +186,7 @@ class FlashDialog(FormDialog):
         self._studio.engine_changed.connect(self._show_answer)
 
     def _arrange(self) -> None:
-        self.add_fields((("Serial port", self.ports, None), ("Program avrdude", self.where, self.choose)))
+        self.add_fields((("Serial port", self.ports, None), ("Path of avrdude", self.where, self.choose)))
         self.add_verdict(3)
         self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))

@@ -20,8 +20,7 @@ class DirectionStep(StepPage):
     )
     begin = "The motor is off until you press Push the handle."
     if_skipped = (
-        "The studio uses the board's present direction. The steps Strength and Friction are not "
-        "possible then."
+        "The studio uses the board's present direction, but you cannot do the steps Strength and Friction."
     )
 
     def __init__(self, board: BoardThread) -> None:

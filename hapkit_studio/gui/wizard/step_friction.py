@@ -22,7 +22,7 @@ class FrictionStep(StepPage):
     intro = (
         "Stand the kit upright again. Put the handle in the middle, take your hands off, then press "
         "Start the sweep. For "
-        "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
+        "15 to 30\u00a0s the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
         f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops if anything looks wrong."
     )
     begin = "The motor is off until you press Start the sweep."

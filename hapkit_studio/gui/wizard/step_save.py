@@ -156,11 +156,11 @@ class SaveStep(StepPage):
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return (
-                "Always switch on with the handle in the middle: an encoder takes its starting position "
-                "as zero."
+                "Always switch the board on with the handle in the middle: its encoder takes the starting "
+                "position as zero."
             )
         reach = 0.4e3 * board.counts_per_flip * board.quantum
-        words = f"Switch on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
+        words = f"Switch the board on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
         return f"{words}: the board finds its zero from there."
 
     # methods that undo the set-up

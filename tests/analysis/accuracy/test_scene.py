@@ -156,8 +156,8 @@ def test_the_answer_and_its_reason_are_stated_as_text():
         (near,): (
             "On the board, use M0 at 2,000 Hz: the scene feels like the ideal scene, stable up to 900 N/m.",
             "The largest part of the error is the velocity estimate: 1.3 JND. You can choose a different "
-            "velocity filter under Loop, for all scenes. M0 has an error of the opposite sign, so it cancels "
-            "0.50 JND of the total.",
+            "velocity filter under Loop, for all scenes. M0 has an error of the opposite sign, so this "
+            "cancels 0.50 JND of the total error.",
         ),
         (unnamed,): (
             "On the board at 2,000 Hz: the scene differs by 1.0 JND from the ideal scene, stable up to 900 "

@@ -167,7 +167,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
 
 
 def test_at_least_one_damping_is_required():
-    with pytest.raises(ParameterError, match="at least one damping"):
+    with pytest.raises(ParameterError, match="at least one value of damping"):
         simulation.compute(device(), ())
 
 

@@ -50,7 +50,7 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
         (0.003, 0.02, LIVELY, MIDDLE, "The motion grew to ±18.8 mm, as was predicted."),
         (0.003, 0.02, CALM, MIDDLE, "The motion grew to ±18.8 mm, which was not predicted."),
         (0.002, 0.002, LIVELY, MIDDLE, "The handle keeps oscillating by ±2.0 mm, as was predicted."),
-        (0.01, 0.002, CALM, MIDDLE, "The motion still decays. It is ±2.9 mm now."),
+        (0.01, 0.002, CALM, MIDDLE, "The motion is still decaying. It is ±2.9 mm now."),
         (
             0.003,
             0.02,
@@ -98,7 +98,7 @@ def judged(stiffness, damping, controller=False, measured=None):
 
 def test_the_column_states_the_behaviour_and_the_measurement_there():
     said = judged(2000.0, 0.0)
-    assert (said.headline, said.sign) == ("Buzzes when let go", ("triangle", "warn"))
+    assert (said.headline, said.sign) == ("Buzzes if you let go", ("triangle", "warn"))
     sentence = (
         "If you displace the handle by more than 1.2 mm and let go, it buzzes at 30 Hz (±2.3 mm, held back "
         "by the motor's limit)."

@@ -28,7 +28,12 @@ def line(qtbot):
     [
         (("mass", "viscous"), "scene", "Simulated: mass, damping and sensor steps", "without friction,"),
         (("mass", "viscous"), "everything", WHOLE, "nobody would feel"),
-        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free is simulated with damping and friction."),
+        (
+            ("mass", "viscous", "coulomb"),
+            "scene",
+            WHOLE,
+            "In the scene Free, the device is simulated with damping and friction.",
+        ),
         (("delay", "sampling"), "scene", "Simulated: mass and sensor steps", "nobody would feel"),
         (
             ("mass", "coulomb"),

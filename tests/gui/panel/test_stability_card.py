@@ -72,7 +72,7 @@ def test_card_and_status_bar_state_the_verdict_without_a_banner(window, qtbot):
     studio.set_value("stiffness", 2000.0)
     qtbot.waitUntil(lambda: "and let go, it buzzes at " in said(window)[0], timeout=PATIENCE_MS)
     assert "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go." in said(window)[1]
-    assert said(window)[2:] == ("Buzzes when let go", ("triangle", "warn"))
+    assert said(window)[2:] == ("Buzzes if you let go", ("triangle", "warn"))
     assert window.banners.banners == []
     studio.set_loop(hand="released")
     qtbot.waitUntil(lambda: "In your hand" not in said(window)[0], timeout=PATIENCE_MS)

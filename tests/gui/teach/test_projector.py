@@ -235,8 +235,8 @@ def test_changing_the_view_deletes_no_widget_while_qt_styles_it(window, projecte
 @pytest.mark.slow
 def test_the_verdict_is_visible(window, projected):
     projected(window, SIZES[1])
-    window.stability.judged.emit("Buzzes when let go", "triangle", "danger")
+    window.stability.judged.emit("Buzzes if you let go", "triangle", "danger")
     words = window.projector.card.verdict.words
     assert words.isVisible()
-    assert words.text() == "Buzzes when let go"
+    assert words.text() == "Buzzes if you let go"
     assert QFontInfo(words.font()).pixelSize() >= 18

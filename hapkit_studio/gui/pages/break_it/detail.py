@@ -66,7 +66,10 @@ class KnobBar(QWidget):
 
 _BOARD = "For safety, this works only with the simulated Hapkit"
 _GONE = "The scene does not show this failure any more, because the scene or its values were changed."
-_FEEL = "Set the scene, values and loop of this failure. Restore settings brings back the previous ones"
+_FEEL = (
+    "Set the scene, values and loop of this failure. The button Restore settings brings back your previous "
+    "settings"
+)
 
 
 class VerdictRow(QWidget):

@@ -93,8 +93,8 @@ class StabilityPage(MeasuringPage):
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("With friction and sensor steps")
         self.real.setToolTip(
-            "Measure with the friction and the sensor steps of the device. Without the tick, measure an "
-            "ideal device"
+            "Measure with the friction and the sensor steps of the device. If this box is not checked, "
+            "measure an ideal device"
         )
         self.bar.add(self.hands)
         self.bar.add(self.real)

@@ -145,7 +145,7 @@ def outcome_text(seen: Released, conditions: TrialConditions) -> str:
     rests = seen.end <= _STEPS * max(conditions.quantum, _LEAST_STEP)
     size = f"±{number(1e3 * seen.end, 1)} mm"
     if not rests and seen.end < seen.begin / _GREW:
-        return f"The motion still decays. It is {size} now."
+        return f"The motion is still decaying. It is {size} now."
     settles = seen.begin <= conditions.does.push or conditions.does.flick > 0.0
     agrees = "as was predicted" if rests == settles else "which was not predicted"
     grew = "The motion grew to" if seen.end > _GREW * seen.begin else "The handle keeps oscillating by"
