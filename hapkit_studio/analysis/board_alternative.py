@@ -47,9 +47,9 @@ class Alternative:
         """Return the option's cost and difference in one line."""
         program = self.plan.program
         return (
-            f"{self.choice.option_label(self.option)} takes {program.size:,} bytes, "
+            f"{self.choice.option_label(self.option)} takes {program.size:,} bytes and "
             f"{program.usual:,.0f} cycles, and feels the same: the forces differ by at most "
-            f"{self.apart:.2f} N of {self.force:.1f} N."
+            f"{self.apart:.2f} N (largest force: {self.force:.1f} N)."
         )
 
 

@@ -252,8 +252,8 @@ class BoardRunner:
         most = lab.force_limit()
         if limits.force > most:  # a smaller force would give a wrong result
             raise ForceLimitError(
-                f"This needs up to {limits.force:g} N, but {lab.FILE} limits the force to {most:g} N. "
-                "Ask the administrator of this computer."
+                f"This measurement needs up to {limits.force:g} N, but {lab.FILE} limits the force to "
+                f"{most:g} N. Ask the administrator of this computer."
             )
         if self.stopped:
             raise StoppedError("Stopped. Force is zero. Release the E-stop, then try again.")

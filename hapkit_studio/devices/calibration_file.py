@@ -45,7 +45,7 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
         {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "proportional", MotorMap.TABLE: "table"},
     ),
     "sense": ("Direction in which counts grow", {1: "right", -1: "left"}),
-    "direction": ("Push while the direction pin is high", {1: "right", -1: "left"}),
+    "direction": ("Push direction, direction pin high", {1: "right", -1: "left"}),
 }
 # label, display units per SI unit, unit, decimals
 _NUMBERS = {

@@ -215,8 +215,8 @@ class Latency:
         if not self.long:
             return f"The USB chip delays data by up to {ms}."
         remedy = {
-            "win32": "Set this delay to 1 ms in the Device Manager (port, Port Settings, Advanced)",
-            "darwin": "Set this delay to 1 ms with FTDI's own driver",
+            "win32": "Set the latency timer to 1 ms in the Device Manager (port, Port Settings, Advanced)",
+            "darwin": "Set the latency timer to 1 ms with FTDI's own driver",
         }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
         known = "" if self.known else " (the usual value)"
         return (

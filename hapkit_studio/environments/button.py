@@ -148,9 +148,9 @@ ENVIRONMENT = Environment(
     formula="<i>F</i> = −[<i>f</i>(<i>s</i>) + <i>h</i>(<i>s</i>)]",
     symbols="<i>s</i> distance pressed, <i>f</i> spring force of the button, <i>h</i> hysteresis",
     explanation="A button is a hill of force, followed by a hard stop. The force rises to its peak, then "
-    "drops while you keep pressing: your finger, tensed for the peak, falls through to the stop. "
-    "That is the click. On the way out, the force is lower by twice the hysteresis, so a full "
-    "cycle takes energy and the cap does not bounce.",
+    "drops while you keep pressing: your finger still presses as hard as at the peak, so it falls through "
+    "to the stop. That is the click. On the way out, the force is lower by twice the hysteresis, so a full "
+    "cycle absorbs energy, and the cap does not bounce.",
     impedance=impedance,
     terms=lambda p: ForceTerms(contact=True, simple=False),
     check=check,

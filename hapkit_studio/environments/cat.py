@@ -207,8 +207,8 @@ ENVIRONMENT = Environment(
     drives="The purr and the paw move the handle by themselves.",
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
-    symbols="fur: friction and waves of the fur, <i>b</i> damping, <i>v</i> velocity, <i>c</i> contentment, "
-    "<i>F</i><sub>p</sub> purr force, <i>φ</i> phase of the purr",
+    symbols="fur: friction and force of the hairs, <i>b</i> damping, <i>v</i> velocity, <i>c</i> "
+    "contentment, <i>F</i><sub>p</sub> purr force, <i>φ</i> phase of the purr",
     explanation="Stroke the cat slowly from head (left) to tail: it becomes content and purrs. It dislikes "
     "fast strokes and strokes against the fur. If you stroke it the wrong way for long, it hits your "
     "hand once with its paw and then ignores you for 5 s. If you leave it alone, its mood "

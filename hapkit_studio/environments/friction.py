@@ -206,7 +206,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
         if slope > most:
             steep = f"Near rest, smoothed friction acts as damping of {compact(slope, 3)} N·s/m"
-            yield f"{steep}, above the stable {compact(most, 3)} N·s/m. Raise the stick velocity."
+            yield f"{steep}, above the stability limit of {compact(most, 3)} N·s/m. Raise the stick velocity."
         if kinetic > LEAST:
             pull = 0.5 * kinetic
             creep = 1e3 * creep_speed(pull, values)

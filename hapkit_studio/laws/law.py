@@ -170,7 +170,7 @@ def _start(key: str, value: object) -> StateValue:
     except (TypeError, ValueError):
         many = ()
     if not many or not all(map(math.isfinite, many)):
-        raise LawError(f"State {key!r} starts with one number or several numbers, not with {value!r}.")
+        raise LawError(f"State {key!r} must start with one number or several numbers, not with {value!r}.")
     return many if several else many[0]
 
 

@@ -108,7 +108,7 @@ MISTAKES = (
     ),
     Mistake(
         "float a = x",
-        "a type is C: write the name alone, `a = 0.0`",
+        "a type belongs to C: write only the name, `a = 0.0`",
         pattern=r"^\s*(const\s+)?(unsigned\s+)?(float|double|int|long|bool|byte|u?int\d+_t)\s+\w+\s*=",
     ),
     Mistake("// the wall", "`//` is a comment in C: write `#`", pattern=r"^\s*//|;\s*//"),

@@ -65,7 +65,7 @@ BUILTINS = {
     "int": Function(1, 1, "a without its fraction, as a whole number", "notch = int(x / 0.004)"),
     "float": Function(1, 1, "the number itself; 1.0 or 0.0 for a comparison", "inside = float(x > 0.005)"),
     "len": Function(
-        1, 1, "how many numbers a table has, or a state with several values", "last = len(FORCES) - 1"
+        1, 1, "number of values in a table, or in a state with several values", "last = len(FORCES) - 1"
     ),
 }
 MATH_CONSTANTS = {"pi": "3.14159…", "tau": "2 π", "e": "2.71828…", "inf": "infinity"}
@@ -104,7 +104,7 @@ _INSTEAD: dict[Any, str] = {
     ast.JoinedStr: "text in quotes is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
     ast.Match: "`match` is not allowed in a law: use `if`",
-    ast.NamedExpr: "`:=` is not allowed in a law: write one line for it",
+    ast.NamedExpr: "`:=` is not allowed in a law: assign with `=` on a line of its own",
     ast.AnnAssign: "a type is not allowed in a law: write `name = value`",
     ast.Starred: "`*` before a name is not allowed in a law",
     ast.ClassDef: "a class is not allowed in a law",

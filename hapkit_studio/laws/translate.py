@@ -102,7 +102,8 @@ def values_returned(tree: ast.FunctionDef) -> int:
         if size != sizes[0]:
             raise fail(
                 node,
-                f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: return as many here",
+                f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: "
+                "return the same number",
             )
     return sizes[0] if sizes else 1
 

@@ -118,7 +118,9 @@ class Session:
         if self.complete:
             return ""
         if self._file.log_lost:
-            return f"The recording is incomplete: its newest samples are lost with {name}{LOG}."
+            return (
+                f"The recording is incomplete: its newest samples are lost, because {name}{LOG} is missing."
+            )
         one = "To make one complete file, save a copy (sessions repair)."
         return f"The recording is incomplete: its newest samples are in {name}{LOG}. {one}"
 

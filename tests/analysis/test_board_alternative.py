@@ -20,7 +20,7 @@ def test_the_cheapest_imperceptible_option_is_offered():
     assert one.choice.options[one.option] == "none"
     assert (one.plan.program.size <= 100, one.apart) == (True, 0.0)
     assert f"{one.plan.program.size} bytes" in one.text
-    assert f"the forces differ by at most 0.00 N of {one.force:.1f} N." in one.text
+    assert f"the forces differ by at most 0.00 N (largest force: {one.force:.1f} N)." in one.text
     assert found("wall", 100, damping_mode="both", damping=20.0) is None
 
 

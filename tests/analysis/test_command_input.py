@@ -27,7 +27,7 @@ def csv(tmp_path_factory):
         ("fidelity fre", "There is no environment 'fre'"),
         ("identify CSV --from 9", "must lie in the recording"),
         ("identify CSV --from nan", "a number of seconds, not nan"),
-        ("identify CSV --terms inertia", "The terms are some of"),
+        ("identify CSV --terms inertia", "The terms must be from"),
         ("stability --mass 0", "The mass must be between 10⁻¹³ and 10⁹ kg, not 0."),
         ("stability --hand glove", "The grip must be one of released, light, medium, firm, not 'glove'."),
         ("stability --estimator iir:cutoff=1e9", "Cutoff"),

@@ -219,7 +219,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         (
             {"model": "smoothed", "stick_velocity": 0.00456},
             {"stick_velocity": 0.00446},
-            "above the stable 88.7 N·s/m",
+            "above the stability limit of 88.7 N·s/m",
         ),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],

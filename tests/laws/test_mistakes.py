@@ -50,7 +50,7 @@ VARIANTS = [
     ("elseif x > 0.0:", "`else if` is C: write `elif`"),
     ("} else if (x > 0.0) {", "`else if` is C: write `elif`"),
     ("} else {", "`{` and `}` are C"),
-    ("const float a = x;", "a type is C"),
+    ("const float a = x;", "a type belongs to C"),
     ("a = x; // the wall", "`//` is a comment in C: write `#`"),
     ("a = stiffness * x", "'stiffness' is not defined: write `p.stiffness`"),
     ("a = last", "'last' is not defined: write `s.last`"),

@@ -189,7 +189,7 @@ def test_only_functions_of_a_file_are_accepted(what):
 
 @pytest.mark.parametrize("start", ["soft", None, float("nan"), (), (1.0, "a"), ((1.0,),), {"a": 1}])
 def test_state_starts_at_numbers(start):
-    with pytest.raises(LawError, match="State 'last' starts with"):
+    with pytest.raises(LawError, match="State 'last' must start with"):
         law(state={"last": start})(lambda p, s, x, v, dt: 0.0)
 
 

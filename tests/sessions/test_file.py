@@ -348,7 +348,8 @@ def test_a_recording_without_its_log_reports_the_loss(tmp_path, moved):
             assert session.counts.sum() == 900
             assert (
                 session.unfinished
-                == "The recording is incomplete: its newest samples are lost with a.hapkit-wal."
+                == "The recording is incomplete: its newest samples are lost, because a.hapkit-wal is "
+                "missing."
             )
     else:
         with pytest.raises(

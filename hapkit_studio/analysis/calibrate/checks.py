@@ -149,10 +149,8 @@ def direction(runner: BoardRunner) -> CheckResult:
         remedy = "Run Set up my Hapkit, step Direction, or choose Flip direction in the menu Device."
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
-        words = (
-            f"{found.result.text} Dry friction of {runner.settings.coulomb:.2f} N is stored, which may "
-            "hold it."
-        )
+        friction = f"The stored dry friction of {runner.settings.coulomb:.2f} N may hold the handle."
+        words = f"{found.result.text} {friction}"
         return warn("no motion", words, f"{_FRICTION_REMEDY} Otherwise: {found.result.remedy}")
     return found.result
 
@@ -191,11 +189,13 @@ def spring(runner: BoardRunner) -> CheckResult:
     late = track.position[track.time > 1.2]
     size = float(np.ptp(late))
     if size > 1e-3:
-        words = f"A spring of {SPRING:.0f} N/m still moves by {1e3 * size:.1f} mm after a second."
+        words = (
+            f"On a spring of {SPRING:.0f} N/m, the handle still moves by {1e3 * size:.1f} mm after a second."
+        )
         return warn(
             "spring", words, "Lower the delay (low-latency mode, frame padding), and tighten the cable."
         )
-    return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
+    return passed(f"On a spring of {SPRING:.0f} N/m, the handle comes to rest.")
 
 
 _STOPPING = "The motor switches off at an E-stop and if the computer stops sending."

@@ -187,7 +187,9 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     duty = size[carrying]
     if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
         most = abs(float(force[carrying].mean()))
-        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Use less mass.")
+        raise ParameterError(
+            f"According to its settings, the motor carries at most {most:.1f} N. Use less mass."
+        )
     held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
     return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
 
@@ -218,7 +220,10 @@ def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[floa
     return float(around @ found) / size, float(np.sqrt((around**2) @ (half**2))) / size
 
 
-HOOKED = "between the handle in the middle and a post on its left, never slack and touching nothing else"
+HOOKED = (
+    "between the handle in the middle and a post on its left, so that the spring is never slack and touches "
+    "nothing else"
+)
 """Text for instructions: where the spring is hooked."""
 
 
@@ -238,7 +243,7 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     """Return a spring's stiffness in N/m according to a board's settings, and the half width of its interval.
 
     Friction cancels between rise and fall. The first pull is excluded. Raise ParameterError if the handle did
-    not follow the force in a line.
+    not move in proportion to the force.
     """
     forces = _rise_and_fall(track, motor_force(board, track.pwm))
     places = _rise_and_fall(track, track.count * board.quantum)
@@ -258,8 +263,8 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
         bent = _STEP * _curvature_rms(off) / float(np.ptp(place.mean(axis=0)))
     if bent > _BENT:
         raise ParameterError(
-            "The handle did not follow the force in a line: is the spring slack, does it touch something, "
-            "does the handle jam? Then pull again."
+            "The handle did not move in proportion to the force. Is the spring slack? Does it touch "
+            "something? Does the handle jam? Correct this, then pull again."
         )
     spread = stats.t.ppf(0.975, len(slopes) - 1) * slopes.std(ddof=1) / (slope * len(slopes) ** 0.5)
     return 1.0 / slope, float(np.hypot(spread, bent)) / slope

@@ -130,7 +130,7 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
             f"the radii give {1e6 * found.quantum / found.ratio:.2f}."
         )
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
-    words = f"The handle moves {found.ratio:.2f} × as far per count as the radii say."
+    words = f"Per count, the handle moves {found.ratio:.2f} × as far as computed from the radii."
     for factor, meaning in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):

@@ -91,11 +91,11 @@ FAILURE = base.Failure(
     "steps for ever",
     formula="The handle shakes if F T²/(m Δ) > 1.5 without delay, or > 0.7 with a delay of one period T, "
     "with friction F, mass m and sensor step Δ (found by simulation)",
-    explanation="Near rest a sensor with steps Δ shows either no velocity or one count in a period, and "
-    "its sign is noise. The friction force changes sign with it. In a period T it moves a handle of mass m "
-    "by F T²/(2 m) and leaves it with a speed of F T/m. If that carries it over more than about one count "
-    "before the next reading, each change of sign causes the next one. A model that knows a position to "
-    "hold, such as the model Projection, comes to rest.",
+    explanation="Near rest, a sensor with steps Δ shows either no velocity or one count in a period, and "
+    "the sign of this velocity is noise. The friction force changes sign with it. In a period T this force "
+    "moves a handle of mass m by F T²/(2 m) and leaves it with a speed of F T/m. If this speed carries the "
+    "handle over more than about one count before the next reading, each change of sign causes the next "
+    "one. With a model that knows a position to hold, such as Projection, the handle comes to rest.",
     knob=base.Parameter(
         "friction",
         "Friction",

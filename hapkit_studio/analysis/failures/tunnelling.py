@@ -94,9 +94,9 @@ FAILURE = base.Failure(
     "without any sample on the bump",
     explanation="Between two samples the handle moves by v T, and nothing in between is rendered. A bump "
     "of width w needs four samples, one for each quarter of its wave, to give at least 71 % of its force. "
-    "With two it may give almost nothing, and from v = w/T on the handle can pass without a single sample "
-    "on the bump. What is missed uphill differs from what is missed downhill, so the crossing also gains "
-    "or loses energy.",
+    "With two it may give almost nothing, and at v = w/T or faster, the handle can pass without a single "
+    "sample on the bump. The force missed uphill differs from the force missed downhill, so the crossing "
+    "also gains or loses energy.",
     knob=base.Parameter(
         "speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Speed at which the handle is thrown", "v"
     ),

@@ -103,7 +103,7 @@ def identify(
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():
-        raise ParameterError(f"The terms are some of {', '.join(RENDERED_TERMS)}, not {', '.join(unknown)}.")
+        raise ParameterError(f"The terms must be from {', '.join(RENDERED_TERMS)}, not {', '.join(unknown)}.")
     whole = begin is None and end is None and recording.later
     piece = (recording.longest() if whole else recording.between(begin, end)).check()
     grid = lay(piece)

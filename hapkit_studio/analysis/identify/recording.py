@@ -226,7 +226,7 @@ def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording
     and UnknownColumnsError if ``columns`` is needed.
     """
     if not isinstance(path, str | Path):
-        raise ParameterError(f"A recording is the path of a file, not {path!r}.")
+        raise ParameterError(f"A recording must be the path of a file, not {path!r}.")
     table = tables.read(path)
     named = dict(columns or {})
     for quantity, own in _STUDIO_COLUMNS.items():

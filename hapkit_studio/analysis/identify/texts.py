@@ -124,8 +124,8 @@ def why(estimate: Estimate) -> str:
         return ""
     must = alike(estimate.expected, estimate)
     if surprising(estimate):
-        return f"The force is late, so the loop should give {must}. Something else has an effect, too."
-    return f"The force is late, so the loop should give {must}."
+        return f"The force is late, so {must} is the expected value. Something else has an effect, too."
+    return f"The force is late, so {must} is the expected value."
 
 
 def lateness(part: Part, setup: Setup) -> str:

@@ -121,7 +121,8 @@ class Behaviour:
         if self.unknown:
             return f"{where}, the stability is not judged. {self.unknown}"
         if self.calm:
-            return f"{where}, the handle is stable{' to within one sensor step' if self.trembles else ''}."
+            trembles = " (it moves by less than one sensor step)" if self.trembles else ""
+            return f"{where}, the handle is stable{trembles}."
         if self.spontaneous:
             does = self._joined(f"buzzes by itself{self.swing}", "flies away by itself")
             return f"{where}, the handle {does}."

@@ -459,7 +459,7 @@ def need_text(found: Needs, effect: Effect) -> str:
             else "Leaving out only this property is not felt. Leaving it out together with others is felt."
         )
     return (
-        "Only the most sensitive people would miss this property."
+        "Only the most sensitive people notice if this property is missing."
         if effect.differs
         else "The scene does not need this property."
     )

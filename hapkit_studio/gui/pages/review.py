@@ -225,7 +225,7 @@ class ReviewDialog(TextDialog):
         replay, chosen = self._replay, self.place.currentIndex()
         shown = replay is not None and replay.history is not None
         shown = shown and replay.history.session.path == self._handed.path  # type: ignore[union-attr]
-        places: list[tuple[str, tuple[str, object]]] = [("On the whole work", ("", None))]
+        places: list[tuple[str, tuple[str, object]]] = [("The whole work", ("", None))]
         if shown and replay is not None:
             places.append((f"At {number(replay.time, 2)} s of the recording", ("time", None)))
         places += [(f"Step {at}: {s.title}", ("step", at)) for at, s in enumerate(self._lesson.steps, 1)]

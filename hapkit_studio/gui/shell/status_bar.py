@@ -23,7 +23,7 @@ _MISSED = (
     "connected"
 )
 _LATE, _IN_TIME = "Loop late", "Loop on time"
-_CLAMP_WORDS = "Force cut to 8.8 N", "Force below its limit, 8.8 N", "Force +8.8 N, limit 8.8 N"
+_CLAMP_WORDS = "Force cut to 8.8 N", "Force below limit of 8.8 N", "Force +8.8 N, limit 8.8 N"
 _ENERGY_WORDS = ("The scene gave you 0.88 mJ of extra energy",)
 _PRIORITY_WORDS = ("Normal priority, forces up to 88.8 ms late.",)
 
@@ -213,7 +213,7 @@ class StatusBar(QWidget):
         if now < self._clamped_until:
             self.clamp.show_text(f"Force cut to {number(limit, 1)} N", "triangle", "warn")
         else:
-            words = f"Force below its limit, {number(limit, 1)} N"
+            words = f"Force below limit of {number(limit, 1)} N"
             if acting is not None:
                 words = f"Force {number(acting, 1, sign=True)} N, limit {number(limit, 1)} N"
             self.clamp.show_text(words, "circle")

@@ -28,8 +28,9 @@ class ScaleStep(StepPage):
     name = "Zero and scale"
     heading = "Zero and scale: hold the handle at marks"
     intro = (
-        "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
-        "still at each mark and press Take mark. The middle is measured twice to see whether the cable slips."
+        "With a ruler, mark 0 in the middle and 20 mm to the left and to the right of it, at the handle. "
+        "Hold the handle still at each mark and press Take mark. The middle is measured twice to see whether "
+        "the cable slips."
     )
     if_skipped = "The studio uses the board's present zero and computes the scale from the radii."
 

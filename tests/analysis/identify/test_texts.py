@@ -77,7 +77,7 @@ def test_the_loop_is_named_as_the_reason():
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, the device gave −0.6" in text
     assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
-    assert "The force is late, so the loop should give −0.6" in text
+    assert "The force is late, so −0.600 N·s/m is the expected value." in text
     assert "1.5 ms late on average: this removes a damping of 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
 

@@ -202,7 +202,7 @@ def test_an_irregular_oscillation_is_reported_as_such():
         "held back by the motor's limit)."
     )
     assert Behaviour().sentence(in_hand=True) == "In your hand, the handle is stable."
-    assert "within one sensor step" in Behaviour(trembles=True).sentence(in_hand=False)
+    assert "less than one sensor step" in Behaviour(trembles=True).sentence(in_hand=False)
 
 
 @pytest.mark.parametrize(

@@ -306,14 +306,14 @@ def test_the_clamp_light_stays_on_for_half_a_second(bar, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force below its limit, 3.0 N"
+    assert bar.clamp.words.text() == "Force below limit of 3.0 N"
     bar.show_clamp(True, 3.0)
     clock[0] += 0.49
     bar.show_clamp(False, 3.0)
     assert bar.clamp.words.text() == "Force cut to 3.0 N"
     clock[0] += 0.02
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force below its limit, 3.0 N"
+    assert bar.clamp.words.text() == "Force below limit of 3.0 N"
     bar.show_clamp(False, 3.0, -1.26)
     assert bar.clamp.words.text() == "Force −1.3 N, limit 3.0 N"
 

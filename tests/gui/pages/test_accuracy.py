@@ -187,7 +187,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
         "press",
     ]
     QTest.keyClick(part.table, Qt.Key.Key_Right)  # only the most sensitive people feel an effect of 0.9 JND
-    assert part.side.words.text() == "Only the most sensitive people would miss this property."
+    assert part.side.words.text() == "Only the most sensitive people notice if this property is missing."
     assert part.table.texts()[1][5].startswith("0.9 †")
     write(tmp_path / "a.json", *part.exports())
     assert "wall" in (tmp_path / "a.json").read_text()

@@ -221,7 +221,7 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
 
     assert enter_save(1.19 * 0.005) == (True, False)
     assert enter_save(1.21 * 0.005) == (False, True)
-    assert "1.21 × as long as with the nearest kit, Hapkit 3.0" in save.box.words.text()
+    assert "1.21 × as long as with the most similar kit, Hapkit 3.0" in save.box.words.text()
     save.confirm.click()
     assert save.save.isEnabled()
     assert enter_save(1.5 * 0.005) == (False, True)  # the new scale is not confirmed yet
@@ -320,7 +320,7 @@ def test_a_motion_above_the_labs_limit_is_refused_with_both_forces(played, monke
             step.method.button(("carry", "push", "pull").index(button)).click()
         play.press(getattr(step, button))
         assert step.box.words.text().startswith(
-            f"This needs up to {force:g} N, but lab.toml limits the force to 1 N."
+            f"This measurement needs up to {force:g} N, but lab.toml limits the force to 1 N."
         )
         assert step.result is None
     assert set(play.kit.forces) <= {0.0}
