@@ -372,7 +372,7 @@ def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float)
 NEEDS_KEY = (
     "What most people feel if one property is left out, in just-noticeable differences (JND). Loop at 1 kHz, "
     "delay 1 ms, velocity filter IIR at 35.5 Hz. Shaded: the scene needs the property. †: only the most "
-    "sensitive people feel the difference. The text below a number names the sense."
+    "sensitive people feel the difference. The text below a number names the sense that feels the difference."
 )
 _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
 

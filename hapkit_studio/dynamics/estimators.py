@@ -223,7 +223,14 @@ _CORNERS = _cutoff(
     60.0, "Cutoff frequency of the second-order low-pass filter, at most 45 % of the servo rate"
 )
 _LINE = Parameter(
-    "window", "Window", "", LONGEST, 2.0, LONGEST, "The largest number of periods in the fitted line", "N"
+    "window",
+    "Window",
+    "",
+    LONGEST,
+    2.0,
+    LONGEST,
+    "The largest number of periods over which a line is fitted",
+    "N",
 )
 _NOISE = Parameter(
     "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may deviate from the fitted line", "d"

@@ -27,9 +27,9 @@ RATE = Parameter(
 )  # fmt: skip
 DELAY = Parameter(
     "delay", "Added delay", "s", 0.0, 0.0, 0.1,
-    "Extra time between sensor and motor, added on purpose. The force then answers where the "
-        "handle was, not where it is. The longer the delay, the softer a wall must be so that it does "
-        "not buzz.",
+    "Extra time between sensor and motor, added on purpose. The force then depends on where "
+        "the handle was, not on where it is. The longer the delay, the softer a wall must be so that it "
+        "does not buzz.",
 )  # fmt: skip
 ESTIMATOR = Choice(
     "estimator", "Velocity", tuple(ESTIMATORS), USUAL,

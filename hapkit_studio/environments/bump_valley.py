@@ -118,8 +118,8 @@ ENVIRONMENT = Environment(
             ("gradient", "height"),
             "gradient",
             "Slope: the force follows the slope, as for a rolling ball. Height: the force follows the "
-            "height, to the left on the hill and to the right in the valley. Then it feels like a hill "
-            "only when you come from one side.",
+            "height: it pushes to the left on the hill and to the right in the valley. This feels like a "
+            "hill only when you come from one side.",
             labels=("Slope", "Height"),
         ),
         Choice(

@@ -40,7 +40,7 @@ ENVIRONMENT = Environment(
             0.02,
             0.005,
             0.04,
-            "Distance from the centre of one notch to the next. One centre is at 0",
+            "Distance from the centre of one notch to the next. One notch has its centre at 0",
             "p",
         ),
         Parameter(

@@ -160,13 +160,13 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     step = f"One step of the sensor in one period looks like {compact(1e3 * fastest, 3)} mm/s"
     if model == KARNOPP:
         if values["stick_velocity"] < fastest:
-            yield f"{step}. Raise the stick velocity above this, so that the handle can stick."
+            yield f"{step}. Raise the stick velocity above this speed, so that the handle can stick."
         return
     static, kinetic = levels(values)
     lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
     if lack > SMALL_LACK:
         advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice this"
-        yield f"{step}, so slow sliding has up to {100.0 * lack:.0f} % too little friction. {advice}."
+        yield f"{step}, so in slow sliding the friction is up to {100.0 * lack:.0f} % too small. {advice}."
 
 
 def creep_speed(pull: float, values: Values) -> float:
@@ -306,8 +306,8 @@ ENVIRONMENT = Environment(
     "slides, friction resists with less force. So a body that is pulled by a spring sticks, slips "
     "and sticks again. A law that uses only the speed cannot hold the handle: near rest, the sign of "
     "the measured speed is noise, and the force jumps to and fro. A virtual spring (the tether) can "
-    "hold it: it ties the handle to a point, and this point is dragged along when you pull harder "
-    "than friction can hold.",
+    "hold the handle: it ties the handle to a point. When you pull harder than friction can hold, this "
+    "point moves along.",
     impedance=impedance,
     terms=terms,
     unused=unused,

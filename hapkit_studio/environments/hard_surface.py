@@ -134,8 +134,8 @@ ENVIRONMENT = Environment(
             "Material",
             MATERIALS,
             "custom",
-            "Rubber, wood and aluminium have a fixed strength, decay and frequency. Custom uses the values "
-            "below.",
+            "Rubber, wood and aluminium have fixed values of ringing strength, decay and frequency. Custom "
+            "uses the values below.",
         ),
         Parameter(
             "amplitude",

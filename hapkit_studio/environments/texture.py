@@ -78,7 +78,10 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     finest = 10.0 * conditions.quantum
     if wavelength < finest:
         ridges, counts = with_unit(1e3 * wavelength, "mm"), with_unit(1e3 * finest, "mm")
-        yield f"A ridge of {ridges} is too fine for the sensor: it must be {counts} or more, 10 sensor steps."
+        yield (
+            f"A wavelength of {ridges} is too short for the sensor: it must be at least {counts} (10 sensor "
+            "steps)."
+        )
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:

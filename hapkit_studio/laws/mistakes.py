@@ -72,7 +72,8 @@ MISTAKES = (
     ),
     Mistake(
         "a = random.random()",
-        "a law has no random numbers: write a pattern of the position, as `math.sin(9000.0 * x)`",
+        "a law has no random numbers: write a pattern that depends on the position, such as "
+        "`math.sin(9000.0 * x)`",
         ("random", "rand"),
     ),
     Mistake(

@@ -482,7 +482,7 @@ class Rewriter(ast.NodeTransformer):
     def _is_math(self, node: ast.expr) -> bool:
         if "math" in self.local or self.names.globals.get("math") is not math:
             raise fail(
-                node, "`math` is not the module of Python here: write `import math` at the top of the file"
+                node, "`math` here is not Python's module `math`: write `import math` at the top of the file"
             )
         return True
 
@@ -689,7 +689,7 @@ def rewritten(
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
     if not _always_returns(tree.body):  # statements outside the language were already reported
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
-        raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
+        raise fail(tree.body[-1], f"{what} on every path: end the function with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers[function]

@@ -93,7 +93,7 @@ def _remark(session: Session, at: int, one: Trial) -> str:
         return f"Pointing trial {at}: the session has no movement from {one.begin:.2f} to {one.stop:.2f} s."
     if abs(again.seconds - one.seconds) > _SAME_SECONDS or abs(again.end - one.end) > _SAME_PLACE:
         given, computed = (f"{s:.3f} s and {1e3 * x:.2f} mm" for s, x in ((one.seconds, one.end), again[:2]))
-        return f"Pointing trial {at} says {given}, but its samples give {computed}."
+        return f"For pointing trial {at}, the file says {given}, but its samples give {computed}."
     return ""
 
 

@@ -91,7 +91,7 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
         if not answer.given.strip():
             return "", MISSING, words
         if state != answer.result.state:
-            return value, EDITED, f"The file says {answer.result.state}, the answer is {state}: {words}"
+            return value, EDITED, f"The file says {answer.result.state}, but the answer is {state}: {words}"
         return value, state, words
     if not math.isfinite(answer.result.start):
         return "", MISSING, answer.result.text
@@ -104,7 +104,7 @@ def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tupl
     entry, stored = MEASUREMENTS[check.measure], answer.result
     value = entry.text(again.value) if math.isfinite(again.value) else ""
     if stamp != stored.stamp and stored.state in (CORRECT, WRONG):
-        reason = "The samples or settings of this interval are not those of the answer."
+        reason = "The samples or settings of this interval differ from those recorded with the answer."
         return value, EDITED, f"{reason} They give: {again.text}"
     if stored.state != again.state or not _alike(stored.value, again.value):
         stored_text = entry.text(stored.value) if math.isfinite(stored.value) else "no value"

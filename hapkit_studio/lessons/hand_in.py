@@ -230,7 +230,9 @@ def read(path: str | Path) -> HandedIn:
     with closing(Session(path)) as session:
         lesson = session.latest(LESSON)
         if not lesson:
-            raise SessionError(f"{session.name} is a recording without a lesson: it was not handed in.")
+            raise SessionError(
+                f"{session.name} is a recording without a lesson, not a file that was handed in."
+            )
         try:
             key, student, stamp = (
                 checked_text(lesson.get(name), f"{session.name}: {name}", _NAME)

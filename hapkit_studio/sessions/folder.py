@@ -129,7 +129,8 @@ def _checked_name(name: str) -> str:
     stem = name.strip().removesuffix(SUFFIX).strip()
     if not stem or stem[0] == "." or stem[-1] == "." or not stem.isprintable() or _FORBIDDEN.search(stem):
         raise SessionError(
-            f'A name must not contain <>:"/\\|?* or begin or end with a period; choose another than {stem!r}.'
+            f'A name must not contain <>:"/\\|?* or begin or end with a period; choose a name other than '
+            f"{stem!r}."
         )
     if len(os.fsencode(stem)) > _LONGEST_NAME:
         raise SessionError(f"A name must have at most {_LONGEST_NAME} bytes, not {len(os.fsencode(stem))}.")

@@ -70,7 +70,7 @@ def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
         Column("Environment", lambda row: _some([title(key) for key in row.environments]), right=False),
         Column("Device", lambda row: row.device, right=False, token=quiet),
         Column("Notes", _notes, right=False, token=quiet),
-        Column("Written", lambda row: date_text(row.saved), lambda row: row.saved, quiet),
+        Column("Saved", lambda row: date_text(row.saved), lambda row: row.saved, quiet),
         Column("Length", lambda row: "" if row.error else clock(row.seconds), lambda row: row.seconds),
         Column("Size", lambda row: megabytes(row.size), lambda row: row.size, quiet),
     )

@@ -31,7 +31,7 @@ _OTHER = (
     (_MADE + r"takes .* but \d+ were given", r"\1 has too many arguments"),
     (
         r"object of type '(?:Parameter|Choice)' has no len\(\)",
-        "`parameters` must be a list in brackets; a list of one ends with a comma: (Parameter(…),)",
+        "`parameters` must be a list in brackets; a list of one parameter ends with a comma: (Parameter(…),)",
     ),
     (r"'(?:Parameter|Choice)' object is not iterable", "`parameters` must be a list in brackets"),
 )

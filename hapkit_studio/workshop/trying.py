@@ -164,7 +164,7 @@ _SAID = {
         "the index is outside the state or table",
         "keep it between 0 and the number of values minus 1",
     ),
-    arrays.LAW_FUEL: ("the law takes too long", "use fewer turns of loops"),
+    arrays.LAW_FUEL: ("the law takes too long", "let its loops run fewer times"),
     arrays.LAW_DIVISION: (
         "a division by zero",
         "test the divisor first, or set the parameter's lower limit above 0",

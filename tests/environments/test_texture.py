@@ -127,7 +127,7 @@ def test_warns_of_fewer_than_10_samples_or_counts_per_ridge(kind):
     calm = {"kind": kind, "amplitude": 0.01}
     assert not warned(Conditions(quantum=100e-6), **calm, wavelength=1.01e-3)
     (line,) = warned(Conditions(quantum=100e-6), **calm, wavelength=0.99e-3)
-    assert "10 sensor steps" in line
+    assert "(10 sensor steps)" in line
 
 
 def test_the_theory_curve_is_over_the_laws_variable():

@@ -70,7 +70,7 @@ REFUSED = [
     ("a = float(x=1)", "arguments in a law must be given in order"),
     ("a = math.gamma(x)", "math.gamma is not in the law language"),
     ("a = math.nan", "`math` can be used here"),
-    ("math = 2.0\na = math.sin(x)", "`math` is not the module"),
+    ("math = 2.0\na = math.sin(x)", "`math` here is not Python's module"),
     ("a = x.__class__", "only `p.name`, `s.name`, tables and `math` can be used here"),
     ("a = p.stiffness.real", "only `p.name`, `s.name`, tables and `math` can be used here"),
     ("a = p.__class__", "'p.__class__' is not a parameter"),
@@ -161,7 +161,7 @@ def test_helpers_obey_the_same_language(tmp_path, helper, words):
     "body", ["a = 1.0", "if x > 0.0:\n    return 1.0", "for i in range(3):\n    return 1.0"]
 )
 def test_a_law_returns_on_every_path(tmp_path, body):
-    with pytest.raises(LawError, match=r"on every path: end it with `return 0\.0`"):
+    with pytest.raises(LawError, match=r"on every path: end the function with `return 0\.0`"):
         environment(tmp_path, law_text(body))
 
 

@@ -60,7 +60,7 @@ def test_an_edited_trial_is_detected(pointed, tmp_path, change):
     path = copied(pointed, tmp_path)
     edit(path, "pointing", change, only=4)
     (remark,) = experiments.read(path).remarks
-    assert remark.startswith("Pointing trial 5 says ")
+    assert remark.startswith("For pointing trial 5, the file says ")
     assert "its samples give" in remark
 
 

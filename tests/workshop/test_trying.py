@@ -25,7 +25,7 @@ FAULTS = [
     ("return s.ring[p.stiffness]", RING, "return s", "the index is outside the state"),
     (LATE, RING, "return 1.0", "a division by zero at x ="),
     ("for i in range(2000000000):\n    a = i\nreturn x", "", "for i", "takes too long at x ="),
-    ("for i in range(15000):\n    for j in range(3):\n        a = i\nreturn x", "", "for ", "use fewer"),
+    ("for i in range(15000):\n    for j in range(3):\n        a = i\nreturn x", "", "for ", "fewer times"),
 ]  # fmt: skip
 
 

@@ -104,7 +104,7 @@ PLAN = plan.Plan(
     (
         plan.Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
-            f"{plan.FELT}; a period is the time of one pull", "",
+            f"{plan.FELT}; a period is the time from one slip to the next", "",
             (_DRAWN, _LEVELS, ("Reference", "exact formula")),
         ),
         plan.Scene(

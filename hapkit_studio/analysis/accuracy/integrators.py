@@ -91,7 +91,7 @@ _STICKING = (
 )  # fmt: skip
 _DAMPER = ("Damping", f"{DAMPED.damping:g} N·s/m")
 _FIRST, _THIRD = "largest error / initial deflection", f"{FELT}; force is proportional to motion"
-_PERIOD = f"{FELT}; a period is the time of one pull"
+_PERIOD = f"{FELT}; a period is the time from one slip to the next"
 PLAN = Plan(
     "integrators",
     "Integrators",

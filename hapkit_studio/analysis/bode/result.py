@@ -215,8 +215,8 @@ class Curve:
         impedance = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
             return (
-                f"{loop}: the loop adds energy from {hertz(lowest)} on: the damping of {damping} outweighs "
-                f"{own}."
+                f"{loop}: the loop adds energy from {hertz(lowest)} on: its damping of {damping} adds more "
+                f"than {own} takes away."
             )
         if self.ends == self.softens:
             return (

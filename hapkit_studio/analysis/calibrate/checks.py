@@ -151,7 +151,8 @@ def direction(runner: BoardRunner) -> CheckResult:
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         friction = f"The stored dry friction of {runner.settings.coulomb:.2f} N may hold the handle."
         words = f"{found.result.text} {friction}"
-        return warn("no motion", words, f"{_FRICTION_REMEDY} Otherwise: {found.result.remedy}")
+        remedy = f"{_FRICTION_REMEDY} If you find none of these: {found.result.remedy}"
+        return warn("no motion", words, remedy)
     return found.result
 
 
@@ -170,7 +171,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     damping = part["viscous"].value
     words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
     if swept.board.dead_band != now.dead_band:
-        remedy = "Run Set up my Hapkit, step Friction, because small forces are now too weak."
+        remedy = "Small forces are too weak now. Run Set up my Hapkit, step Friction."
         return warn("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
     if dry.low > max(2.0 * now.coulomb, _MUCH_FRICTION):
         return warn("friction", f"{words}; stored: {now.coulomb:.2f} N.", _FRICTION_REMEDY)

@@ -101,7 +101,9 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
         words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
         remedy = "You need not do anything: the motor is reversed now, and the test is repeated."
         return Direction(False, warn("opposite", words, remedy))
-    return Direction(True, passed(f"Force and position agree: {farthest:.1f} mm in both directions."))
+    return Direction(
+        True, passed(f"Force and position agree: the handle moved up to {farthest:.1f} mm in each direction.")
+    )
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
@@ -235,7 +237,7 @@ def check_springs(springs: Iterable[float]) -> None:
     if len(found) < 2 or found[-1] < SPRINGS_DIFFER * found[0]:
         raise ParameterError(
             f"Two springs are needed, one at least {SPRINGS_DIFFER:g} × as stiff as the other: "
-            "their difference removes all other springs, such as the cable."
+            "in the difference of the two measurements, all other springs (such as the cable) cancel."
         )
 
 
@@ -329,9 +331,9 @@ def _strength(
     low, high = PLAUSIBLE
     if not low <= ratio <= high:
         raise ParameterError(
-            f"The motor would be {compact(ratio, 2)} × as strong as its profile says "
-            f"(limits {low:g} to {high:g}). "
-            "Check the masses or springs, the motor's supply and the kit chosen."
+            f"From this measurement, the motor is {compact(ratio, 2)} × as strong as its profile says "
+            f"(allowed: {low:g} to {high:g}). "
+            "Check the masses or springs, the motor's supply and the chosen kit."
         )
     half = ratio * float(np.hypot(error / asked_per_real, sure))
     return Strength(ratio, half, board.motor_constant * ratio)

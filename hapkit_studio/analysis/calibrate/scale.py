@@ -70,7 +70,8 @@ def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
-            f"At least two marks, {1e3 * APART:.0f} mm apart, are needed, not {len(marks)}. Take another."
+            f"At least two marks, {1e3 * APART:.0f} mm or more apart, are needed; you have {len(marks)}. "
+            "Take another mark."
         )
     middle = places.mean()
     around = places - middle
@@ -117,7 +118,7 @@ def _judge(found: Scale, board: Board, apart: float, inverted: bool | None) -> C
         return failed(
             "swapped",
             "Left and right are swapped: the step Sensor found the opposite direction.",
-            "Take all marks again, with −20 mm to the left and 20 mm to the right.",
+            "Take all marks again, with −20 mm on the left and 20 mm on the right.",
         )
     return _judge_ratio(found, board)
 
@@ -142,7 +143,7 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
             )
     return warn(
         "radius",
-        f"{words} The handle may be {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
+        f"{words} Perhaps the handle is {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
         f"Measure rh, rp and rs, or press Use this scale, which sets rh to {handle * found.ratio:.1f} mm.",
     )
 

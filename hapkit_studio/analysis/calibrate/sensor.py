@@ -126,7 +126,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
     if np.isfinite(found.period) and wrong:
         return warn(
             "range",
-            f"The sensor repeats every {found.period:.0f} counts; this kit's repeats every "
+            f"The reading repeats every {found.period:.0f} counts; with this kit it should repeat every "
             f"{board.counts_per_flip}.",
             "Check that the right kit is chosen, and that the magnet is straight.",
         )

@@ -92,7 +92,7 @@ def live(lateness: float, case: base.Case) -> base.Live:
     values = {**base.within("wall", given), "position": WALL}
     found = base.Live("wall", values, {"rate": case["rate"], "delay": case["late"] / case["rate"]})
     drag = "Drag to −30 mm, move towards the wall at 0.25 m/s and let go just before it."
-    advice = f"{drag} The handle comes back {with_unit(thrown(found, WALL), '', 3)} × as fast."
+    advice = f"{drag} The handle comes back {with_unit(thrown(found, WALL), '', 3)} × as fast as it came."
     if values["stiffness"] < 0.999 * stiffness:
         advice += f" The slider in the window ends at {with_unit(values['stiffness'], 'N/m', 4)}."
     return replace(found, advice=advice)
@@ -104,12 +104,13 @@ FAILURE = base.Failure(
     summary="A wall adds energy in every bounce; for a stiff wall the formula of this energy is inaccurate",
     formula="E out/E in = exp(π (k (T/2 + td) − b₀)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4, with "
     "energy E, stiffness k, period T, delay td, damping b₀, mass m and frequency ω",
-    explanation="A sampled wall is a spring that acts late when it is hit and when it is left, by half a "
-    "period and the delay. So the handle bounces back faster than it came. The formula treats a bounce as "
-    "half an oscillation that grows all the time. For a soft wall this is accurate to 1 %. A stiff wall is "
-    "hit and left within a few samples, which is not half an oscillation. The handle's own damping also "
-    "acts outside the wall, in the samples before it is detected and after it is left, and removes more "
-    "than the formula accounts for.",
+    explanation="A sampled wall is a spring that acts too late, by half a period plus the delay, both when "
+    "the handle hits it and when the handle leaves it. So the handle bounces back faster than it came. The "
+    "formula treats a bounce as half an oscillation that grows all the time. For a soft wall this is "
+    "accurate to 1 %. The handle hits and leaves a stiff wall within a few samples, which is not half an "
+    "oscillation. The handle's own damping also acts outside the wall, in the samples before the wall is "
+    "detected and after the handle has left it. So damping removes more energy than the formula accounts "
+    "for.",
     knob=base.Parameter(
         "lateness",
         "Lateness",

@@ -89,10 +89,11 @@ FAILURE = base.Failure(
     formula="Explicit Euler and the rule of the lecture are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
     "step dt, damping b and stiffness k",
     explanation="A mass of 2 kg on a spring of 300 N/m with a damper of 1 N·s/m touches a handle that is "
-    "held still, through a contact of 1,000 N/m. Its true oscillation decays at 0.25 1/s. The rule of the "
-    "lecture uses the mean of the last two accelerations. That is half a step too early, so the whole "
-    "scheme lags by one step, which acts like a damping of −k dt = −1.3 N·s/m at 1 ms: more than the "
-    "damper of 1 N·s/m removes. Semi-implicit Euler costs the same and is stable up to 78 ms.",
+    "held still; the contact has 1,000 N/m. The mass's true oscillation decays at 0.25 1/s. The rule of the "
+    "lecture uses the mean of the last two accelerations. This mean belongs to a time half a step too "
+    "early, so the whole rule is late by one step. This acts like a damping of −k dt = −1.3 N·s/m at 1 ms, "
+    "which adds more energy than the damper of 1 N·s/m removes. Semi-implicit Euler costs the same and is "
+    "stable up to 78 ms.",
     knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Step of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,

@@ -74,7 +74,10 @@ def live(push: float, case: base.Case) -> base.Live:
     found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])
     outcome = "keeps oscillating" if let_go(found, pointer) > SEEN else "comes to rest"
-    drag = f"Drag to {on_screen(pointer, 'm', 3)}: the handle moves by {on_screen(push, 'm', 3)}. Let go."
+    drag = (
+        f"Drag to {on_screen(pointer, 'm', 3)}: this moves the handle by {on_screen(push, 'm', 3)}. "
+        "Then let go."
+    )
     return replace(found, advice=f"{drag} With the sensor steps of the window, the handle {outcome}.")
 
 

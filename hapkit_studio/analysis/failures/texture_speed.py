@@ -45,8 +45,8 @@ FAILURE = base.Failure(
     formula="v < λ/(2T), with speed v, wavelength λ and period T; for a smooth force v ≤ λ/(10T)",
     explanation="Ridges with wavelength λ, crossed at speed v, should be felt v/λ times a second. The loop "
     "samples 1/T times a second, and at least two samples for each ridge are needed to tell its frequency "
-    "(Nyquist). Beyond that the samples are the same as those of a slower vibration of frequency 1/T − v/λ "
-    "(aliasing), and this is what the motor plays: a faster stroke gives a lower pitch.",
+    "(Nyquist). With fewer than two, the samples are the same as those of a slower vibration of frequency "
+    "1/T − v/λ (aliasing), and this is what the motor plays: a faster stroke gives a lower pitch.",
     knob=stroking.SPEED,
     limit=limit,
     probe=probe,

@@ -28,7 +28,7 @@ _RICH, _POOR = 5e-4, 0.1
 _STRONG_ALONE = 20.0
 UNKNOWN_HOLD = (
     "Unknown: the file does not say how the hand held the handle. Save the run again, or let go of the "
-    "handle."
+    "handle while you record."
 )
 UNKNOWN_HAND = (
     "Unknown: the hand's force is not measured. Let go, and use samples in which the handle moves freely."

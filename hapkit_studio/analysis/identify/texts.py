@@ -124,7 +124,10 @@ def why(estimate: Estimate) -> str:
         return ""
     must = alike(estimate.expected, estimate)
     if surprising(estimate):
-        return f"The force is late, so {must} is the expected value. Something else has an effect, too."
+        return (
+            f"The force is late, so {must} is the expected value. The measured value differs, so there is "
+            "another cause, too."
+        )
     return f"The force is late, so {must} is the expected value."
 
 

@@ -125,8 +125,8 @@ class Plane:
             )
         if self.pushes:
             return (
-                "This map is for a handle that is attached to the spring. A released handle leaves the wall: "
-                "choose a grip to see the map of a hand at the wall."
+                "This map is for a handle that is attached to the wall's spring, but a released handle "
+                "leaves the wall. Choose a grip to see the map of a hand at the wall."
             )
         return ""
 

@@ -100,7 +100,7 @@ class Verdict:
         if margin.limit <= 0.0 and not margin.island:
             return (
                 "Reason: "
-                f"{'every contact of this scene is too stiff' if self.joint else 'the damping is too high'} "
+                f"{'even the softest contact is too stiff' if self.joint else 'the damping is too high'} "
                 f"{whose}."
             )
         limit = f"{margin.limit:,.0f} N/m {whose}"

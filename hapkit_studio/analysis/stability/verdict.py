@@ -102,7 +102,7 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
         if abs(found - stated) > _SAME * max(found, stated):
             is_, stated_text = with_unit(max(found, 0.0), unit), with_unit(stated, unit)
             return (
-                f"The limit cannot be computed: the law reaches {is_}, but its `impedance` states "
+                f"The limit cannot be computed: the law reaches a value of {is_}, but its `impedance` states "
                 f"{stated_text}. Correct the law or `impedance`."
             )
     return ""

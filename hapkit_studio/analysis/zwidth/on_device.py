@@ -269,7 +269,9 @@ def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: flo
             return found
         hand.begin()
         hand.press(stiffness)
-    raise Interrupted(f"You released the wall {_MOST_REPEATS} times. The measurement ended.")
+    raise Interrupted(
+        f"You stopped pressing against the wall {_MOST_REPEATS} times, so the measurement ended."
+    )
 
 
 def ripple(position: np.ndarray, rate: float) -> float:

@@ -244,7 +244,7 @@ def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
         least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
         raise ParameterError(
-            f"The rate must be between {least:,g} and {most:,g} Hz, not {rate:,g} Hz, as a trial takes "
+            f"The rate must be between {least:,g} and {most:,g} Hz, not {rate:,g} Hz, because a trial takes "
             f"{seconds:g} s."
         )
     return count

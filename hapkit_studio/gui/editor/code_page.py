@@ -24,9 +24,9 @@ _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "da
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
-    "The board's processor makes 16 million cycles per second. The number beside each line is the "
-    "average of its cycles over a back-and-forth motion. The numbers for one call of the law are the "
-    "largest in that motion and those of the longest path through the law."
+    "The board's processor makes 16 million cycles per second. The number beside each line is its average "
+    "number of cycles in a back-and-forth motion. For one call of the law, two numbers are given: the most "
+    "cycles in that motion, and the cycles of the longest path through the law."
 )
 
 

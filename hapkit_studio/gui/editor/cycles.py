@@ -116,5 +116,5 @@ class Cycles(QObject):
             self._page.show_cycles(found.by_line, found.text)
         else:
             self._page.show_cycle_text(
-                f"These numbers are for the law that runs, before your changes. {found.text}"
+                f"These numbers are for the law that is running, without your changes. {found.text}"
             )

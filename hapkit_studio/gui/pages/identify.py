@@ -126,9 +126,9 @@ class IdentifyPage(MeasuringPage):
     buttons = ("Identify", "Identify again")
     needs = ""
     read = (
-        "Each dot is the mean of a short time. Line with band: the identified value with its 95 % interval. "
-        "Dotted line: the value that was set. Samples during which the force was at its limit, stopped or "
-        "faded in are left out."
+        "Each dot is the mean of the samples in a short time. Line with band: the identified value with its "
+        "95 % interval. Dotted line: the value that was set. Left out: samples with the force at its limit, "
+        "stopped or still fading in."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):

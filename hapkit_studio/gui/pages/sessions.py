@@ -459,7 +459,7 @@ def _overview_text(found: Overview) -> str:
 
 def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]]:
     pairs = [
-        ("Written", date_text(found.saved)),
+        ("Saved", date_text(found.saved)),
         ("Size", megabytes(found.size)),
         ("Folder", found.path.parent.name),
     ]

@@ -29,7 +29,7 @@ _ABOUT = (
 )
 _HOW = (
     "Feel setting 1 and setting 2 as often as you like: the key X switches between them. Then press the "
-    "number of the setting that has more. If you are not sure, guess."
+    "number of the setting with the larger value. If you are not sure, guess."
 )
 _LEAST_ROOM = 0.1  # smallest useful first step, as a fraction of the base value
 _NONE = "This environment has no stiffness, damping or force that can be raised by 10 %."
@@ -153,7 +153,9 @@ class ThresholdExperiment(Experiment):
             count = len(page.found)
             words.append(f"You stopped after {count} answer{'s' * (count != 1)}, so the result is uncertain.")
         if name:
-            words.append(f"The answers are recorded in {name}. Speed and accuracy can use this threshold.")
+            words.append(
+                f"The answers are recorded in {name}. The view Speed and accuracy can use your threshold."
+            )
         ResultDialog(
             TITLE, words, lambda figure, c: draw_threshold(figure, c, found), parent=self._window
         ).show()

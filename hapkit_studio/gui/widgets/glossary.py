@@ -3,7 +3,7 @@
 WORDS = {
     "Added delay": (
         "Extra time between sensor and motor, to show the effect of a slow link. The force then "
-        "answers where the handle was, so a stiff wall begins to buzz."
+        "depends on where the handle was, so a stiff wall begins to buzz."
     ),
     "Bode": (
         "A chart that shows, for each frequency of motion, how strong the force is and how late. A "
@@ -22,8 +22,8 @@ WORDS = {
         "Dry friction: the same force at any speed, always against the motion. It can stop a buzz."
     ),
     "Damping": (
-        "A force against the motion, in proportion to speed. It takes energy away, as long as speed is "
-        "measured early enough."
+        "A force against the motion, in proportion to speed. It takes energy away, unless the speed is "
+        "measured too late."
     ),
     "E-stop": ("Sets the force to zero at once. The force stays zero until you release the E-stop."),
     "Estimator": (
@@ -44,14 +44,17 @@ WORDS = {
         "is smooth, and less late than an equally smooth filter."
     ),
     "Knock": (
-        'A short, hard push. "A knock of more than 0.9 mm makes it buzz" means that after smaller '
-        "displacements the handle comes to rest."
+        'A short, hard push. "A knock of more than 0.9 mm makes it buzz" means that the handle '
+        "comes to rest if a push moves it by less."
     ),
     "Limit": (
         "The greatest stiffness at which small oscillations of the handle die out. It is computed "
         "for this loop without dry friction, and measured in the view Stability."
     ),
-    "Margin": ("The limit divided by the stiffness. Below 1, small oscillations grow instead of dying out."),
+    "Margin": (
+        "The stiffness limit divided by the stiffness that is set. Below 1, small oscillations grow instead "
+        "of dying out."
+    ),
     "Passivity": (
         "A passive loop never gives out more energy than was put into it, whoever holds the "
         "handle. This is stricter than stable: many loops are stable but not passive."
@@ -69,8 +72,8 @@ WORDS = {
         "asked force is what the law wants, the applied force is what the motor gives."
     ),
     "Servo rate": (
-        "How many times per second the force is computed. In between, the force stays the same, "
-        "which adds a little energy in each cycle."
+        "How many times per second the force is computed. Between two computations, the force "
+        "stays the same, which adds a little energy in each cycle."
     ),
     "Stable": (
         "The handle comes to rest after any push, in your hand and after you let go. Friction "

@@ -163,7 +163,7 @@ class StrengthStep(StepPage):
     def start_pushing(self) -> None:
         """Push on the scale until the user presses Stop pushing."""
         self._pushed_enough.clear()
-        words = f"Pushing with {PUSH:g} N. Read the scale, then press Stop pushing."
+        words = f"Pushing with {PUSH:g} N. Read the kitchen scale, then press Stop pushing."
         enough = self._pushed_enough.is_set
         self.run_job(words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
         self.enough.setFocus()

@@ -60,7 +60,7 @@ def test_marks_that_are_too_few_or_too_close_are_refused():
     with pytest.raises(ParameterError, match="At least two marks"):
         scale.fit(marks_of((0.0,)), BOARD)
     apart = scale.APART
-    with pytest.raises(ParameterError, match="20 mm apart"):
+    with pytest.raises(ParameterError, match="20 mm or more apart"):
         scale.fit(marks_of((0.0, 0.99 * apart)), BOARD)
     assert scale.fit(marks_of((0.0, 1.01 * apart)), BOARD).result.good
 

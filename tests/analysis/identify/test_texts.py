@@ -85,7 +85,7 @@ def test_the_passivity_controller_is_named():
     run = hs.simulate("spring", {"stiffness": 900.0}, hand="pluck", seconds=3.0, delay=2e-3, controller=True)
     found = identify(from_run(run))
     text = "\n".join(found.sentences(found.rendered))
-    assert "Something else has an effect, too" in text
+    assert "The measured value differs, so there is another cause, too" in text
     assert "The passivity controller added damping in" in text
     assert found.surprises(found.rendered)
 

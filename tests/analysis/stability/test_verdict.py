@@ -121,8 +121,8 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
     said = verdict(scene)
     assert (
         said.unknown
-        == "The limit cannot be computed: the law reaches 300 N/m, but its `impedance` states 30 N/m. "
-        "Correct the law or `impedance`."
+        == "The limit cannot be computed: the law reaches a value of 300 N/m, but its `impedance` states "
+        "30 N/m. Correct the law or `impedance`."
     )
     assert said.margins == {}
     assert said.lines[1] == "After you let go, the handle is stable."

@@ -45,7 +45,7 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     page.code.insertPlainText("#\n")
     assert page.code.counts == {LAW_LINE + 1: figure}
     counting.studio.set_value("stiffness", 0.0)  # the same text gives different specialised code
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("These numbers are for the law that runs"))
+    qtbot.waitUntil(lambda: page.cycles.text().startswith("These numbers are for the law that is running"))
     assert page.code.counts == {LAW_LINE + 1: figure}
     page.code.moveCursor(page.code.textCursor().MoveOperation.End)
     page.code.setPlainText(page.text.replace("-p.stiffness * x", "-2.0 * p.stiffness * x"))
@@ -66,7 +66,7 @@ def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     assert LAW_LINE in page.code.marks
     qtbot.waitUntil(
         lambda: page.cycles.text().startswith(
-            "These numbers are for the law that runs, before your changes. One call"
+            "These numbers are for the law that is running, without your changes. One call"
         )
     )
     assert page.cycles.text().endswith(words[1:])

@@ -148,7 +148,7 @@ def test_a_recording_that_was_not_handed_in_says_so(page, qtbot):
     choose(page, qtbot, "plain")
     page.ask_review()
     qtbot.waitUntil(lambda: not page._opening.running)
-    assert "it was not handed in" in page.status.text()
+    assert "not a file that was handed in" in page.status.text()
 
 
 @pytest.mark.slow

@@ -275,7 +275,7 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
     assert shown.demos.demo is None
     for option in ("buzzing_wall", str(demos.shipped()["buzzing_wall"]), None):
         window = start_window("--demo", *([option] if option else []))
-        assert window.demos.demo.title == "A wall to its limit"
+        assert window.demos.demo.title == "The limit of a wall"
         window.close()
     with pytest.raises(ParameterError, match=r"no demo or file 'nowhere'.*buzzing_wall"):
         start_window("--demo", "nowhere")

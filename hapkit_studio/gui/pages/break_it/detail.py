@@ -148,9 +148,7 @@ class Detail(QScrollArea):
         self._state: tuple = ()
         self._marker: Knob | plane.KnobPoint | None = None
         self.which = Segmented("Chart", ("Curve", "Map"))
-        self.which.button(1).setToolTip(
-            "A map with the same limit in dimensionless numbers, with measured points"
-        )
+        self.which.button(1).setToolTip("A map of this limit in dimensionless numbers, with measured points")
         self.which.show_index(0)
         self.which.chosen.connect(lambda _index: self.show_results(self._record))
         sheet = QWidget()

@@ -112,7 +112,7 @@ class LessonPlayer(QObject):
             with suppress(OSError):
                 path.replace(aside)
             self.failed.emit(
-                f"{lesson.title} starts from the beginning.", f"{error} The file is now {aside.name}."
+                f"{lesson.title} starts from the beginning.", f"{error} The file was renamed to {aside.name}."
             )
             return Progress(lesson)
 
