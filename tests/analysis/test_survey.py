@@ -198,7 +198,7 @@ def test_the_command_resumes_draws_and_reads(tmp_path, capsys):
     assert main(words) == 0
     assert "4,000 of 4,000 loops known. 3,975 computed in " in capsys.readouterr().out
     assert main(["survey", str(path), "--rates", "0"]) != 0
-    assert "takes a whole number, 1 or more" in capsys.readouterr().err
+    assert "must be a whole number, 1 or more" in capsys.readouterr().err
 
 
 def test_the_remaining_time_ignores_earlier_results(monkeypatch, capsys):
