@@ -76,7 +76,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
     If ``board`` is true, plot the cost on the board for the methods that the board has.
     """
     if result.needs:
-        size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY.removesuffix(".") + _DRAWN_TOO
+        size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY + _DRAWN_TOO
         save(lambda figure, c: draw_needs(figure, c, result.needs), path, size, caption=caption)
         return
     parts: Sequence[Any] = result.sheets or result.scenes
@@ -374,7 +374,10 @@ NEEDS_KEY = (
     "delay 1 ms, velocity filter IIR at 35.5 Hz. Shaded: the scene needs the property. †: only the most "
     "sensitive people feel the difference. The text below a number names the sense that feels the difference."
 )
-_DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
+_DRAWN_TOO = (
+    " It also states the hand motion, where the difference becomes noticeable, and the change of the "
+    "stiffness limit."
+)
 
 
 def felt_text(felt: float | None) -> str:
