@@ -151,7 +151,7 @@ def export(person: Person, path: Path) -> None:
     person.do("type", path)
     person.key("Return")
     person.wait(path.is_file)
-    person.wait(lambda: "Saved" in page.status.text())
+    person.wait(lambda: "was saved" in page.status.text())
 
 
 def main() -> None:
