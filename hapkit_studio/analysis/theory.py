@@ -87,10 +87,10 @@ def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Cur
 
 
 def _deviations(x: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return each step's deviation in N (n - 1,) from extrapolations of the neighbours on both sides.
+    """Return the deviation in N (n - 1,) of the force in each interval from a linear extrapolation.
 
-    The smaller of the two deviations is used. A step next to a bend or jump deviates from only one
-    extrapolation; a step that contains the bend or jump deviates from both.
+    The force is extrapolated from the left and from the right; the smaller deviation is used. An interval
+    next to a bend or jump deviates from one extrapolation only; an interval that contains it, from both.
     """
     wide = np.diff(x)
     middle = (force[:, :-2] * wide[1:] + force[:, 2:] * wide[:-1]) / (wide[1:] + wide[:-1])

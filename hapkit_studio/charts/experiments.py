@@ -57,7 +57,7 @@ def pointing_figure(found: Sequence[Line], path: str | Path) -> None:
 def draw_pointing(figure: Any, c: Colors, found: Sequence[Line]) -> None:
     """Draw each condition's mean times and its line."""
     axes = figure.add_subplot()
-    style_axes(axes, c, "index of difficulty, bit", "movement time, s")
+    style_axes(axes, c, "index of difficulty of the target, bit", "movement time, s")
     for at, line in enumerate(found):
         color, mark = getattr(c, _HUES[at % len(_HUES)]), _MARKS[at % len(_MARKS)]
         x = np.array([cell.difficulty for cell in line.cells])

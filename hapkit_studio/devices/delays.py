@@ -1,4 +1,4 @@
-"""Delays from a sample until its force takes effect, computed from the acknowledgements in samples."""
+"""Delays from a sample until its force takes effect, computed from acknowledgements that samples contain."""
 
 from typing import NamedTuple
 

@@ -258,7 +258,7 @@ class VirtualBoard(HapkitBoard):
         self.send("hand " + " ".join(str(float(number)) for number in numbers))
 
     def hook_spring(self, stiffness: float | None) -> None:
-        """Attach a spring in N/m between handle and middle instead of the hand; None detaches it."""
+        """Remove the hand and attach a spring to the handle; ``stiffness`` in N/m, None for no spring."""
         if stiffness is None:
             self._move()
         else:

@@ -41,9 +41,8 @@ MEMORY = 48
 COEFFICIENTS = 8
 DIFFERENCE, IIR, BUTTERWORTH, FOAW, KALMAN = range(5)
 _POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
-# memory of adaptive windowing, after the part that all methods share: a flag whether it is initialised,
-# samples, ages
 LONGEST = 16  # length of the window in periods
+# indices into the memory of adaptive windowing: flag for "initialised", samples, ages
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
 # samples of a quantised motion often lie exactly at the tolerance: reject them despite rounding errors
 _TIE = 1.0 - 1e-9

@@ -187,7 +187,7 @@ def approaching(v, side, speed, pull, friction):
 
 @compiled
 def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (damping, stiffness, force) of the piece that begins here, and 1 if nothing moves, else 0."""
+    """Return (damping, stiffness, force) until the next change of contact, and 1 if nothing moves, else 0."""
     damping, stiffness, force = linear(
         touching, 0.0, beyond, b, k, f, touch, speed, contact, pad, reach, wall
     )

@@ -270,7 +270,7 @@ ENVIRONMENT = Environment(
             0.02,
             0.001,
             0.2,
-            "For Stribeck and LuGre: speed at which friction has dropped by 63 % from static to kinetic",
+            "For Stribeck and LuGre: speed at which friction has dropped 63 % of the way to kinetic friction",
             "v_S",
         ),
         Parameter(

@@ -115,5 +115,5 @@ def error() -> list[Row]:
 
 
 def run() -> list[Row]:
-    """Return all rows of the map."""
+    """Return the benchmark's rows on the stability map."""
     return maps() + error()

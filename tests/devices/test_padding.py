@@ -73,7 +73,9 @@ def test_padded_frames_reach_the_packets_minimum_delay(opened, latency):
 
     class Kit(FtdiKit):
         def _stream(self, message):
-            kept = self.ages[60:-20]  # the last force, a zero command, names sample 0, so its age is wrong
+            kept = self.ages[
+                60:-20
+            ]  # the last force is a zero command that refers to sample 0, so its age is wrong
             truths.append(np.mean(kept) - PERIOD / 2 if kept else None)
             return super()._stream(message)
 

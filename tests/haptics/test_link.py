@@ -62,7 +62,7 @@ def late(seq, by, **fields):
 
 
 def told_late(board, engine, by, most=300):
-    """Send samples whose forces answer too late, until a fault occurs; return their number."""
+    """Send samples that report late forces, until a fault occurs; return their number."""
     for k in range(most):
         board.say(late(100 + k, by))
         if engine.fault is not None:

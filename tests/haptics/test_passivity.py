@@ -181,7 +181,7 @@ def test_the_alarm_occurs_at_the_passivity_limit_of_a_spring(share, active, dela
 @pytest.mark.parametrize(("reach", "hertz"), [(0.3e-3, 15.0), (1e-3, 8.0), (10e-3, 3.0), (30e-3, 0.3)])
 @pytest.mark.parametrize("quantum", [5e-6, 20.7e-6, 60e-6])
 def test_quantisation_causes_no_false_alarm_for_a_passive_spring(quantum, reach, hertz, delay):
-    """A spring of 90 % of the passive stiffness is moved for 20 s by one to many counts per sample."""
+    """A spring of 90 % of the largest passive stiffness is moved for 20 s at various speeds."""
     device = SimulatedHapkit(damping=0.5, coulomb_force=0.0, quantum=quantum, max_force=math.inf)
     values = SPRING.values({"stiffness": 0.9 * 0.5 / (0.5 * PERIOD + delay)})
     scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay))

@@ -46,8 +46,8 @@ class Effect:
     """The largest effect of removing a term, over all senses and all motions of a hand.
 
     ``felt`` is the effect in JND, None if it was not evaluated. ``strict`` is the effect in the JND of the
-    most sensitive people. ``since`` is the highest rate in Hz at which sampling is felt, or the least delay
-    in s or stiffness in N/m at which another term is felt; it is NaN if it was not found. ``limit`` and
+    most sensitive people. ``since`` is the value from which the term is felt, NaN if it was not found. For
+    sampling it is a rate in Hz, for other terms a delay in s or a stiffness in N/m. ``limit`` and
     ``without`` are the released handle's exact stiffness limits in N/m with and without the term.
     """
 

@@ -55,7 +55,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Plane:
-    """Panels with equal logarithmic axes; ``place`` is the knob's point in the panel with index ``own``."""
+    """Panels with equal logarithmic axes; ``place`` returns the knob's point in panel ``own``."""
 
     sentence: str
     x_label: str

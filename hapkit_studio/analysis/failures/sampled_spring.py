@@ -46,7 +46,7 @@ def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.
 
 
 def plane(case: base.Case) -> Plane:
-    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule of thumb, and springs near a boundary."""
+    """Return the diagram of k T/b₀ (vertical) and (b₀ + b)/b₀: boundaries, rule of thumb, simulations."""
     viscous, rate, delay = case["viscous"], case["rate"], case["delay"]
     where, scale = spring.setting(case), viscous * rate
     total, exact = boundary(case["mass"], case, _CURVE_POINTS)

@@ -116,10 +116,10 @@ def compile_loop(key: str) -> None:
 
 
 def compile_paddle(key: str) -> None:
-    """Compile the simulated paddle, the loop's functions except the tick, and the loop's first laws.
+    """Compile the simulated paddle, the loop's functions, and the loop's first laws.
 
-    To balance the load, this program first compiles the last function of the tick, before the other program
-    reaches that function.
+    A second program compiles the tick at the same time. To balance the load, this program takes over the last
+    function of the tick.
     """
     from numba import typeof
 

@@ -138,7 +138,7 @@ class ThresholdExperiment(Experiment):
         dialog.show()
 
     def begin(self, parameter: Parameter, source: random.Random | None = None) -> None:
-        """Start with a parameter of the active environment."""
+        """Start the experiment with a parameter of the active environment."""
         if not self.possible or parameter not in comparable(self._studio):
             return
         self._start(ThresholdPage(self._studio, parameter, source))

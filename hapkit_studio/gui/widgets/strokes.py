@@ -72,7 +72,10 @@ def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarray:
-    """Return the dashes (n, 4) along a line for on and off lengths in pixels; a dense line is solid."""
+    """Return the dashes (n, 4) along a line; ``dash`` contains the lengths in pixels of dash and gap.
+
+    A line whose samples are dense is drawn without gaps.
+    """
     along = np.nansum(np.hypot(np.diff(x), np.diff(y)))
     if len(x) > 1 and along > _DENSE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)

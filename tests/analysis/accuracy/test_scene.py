@@ -1,4 +1,4 @@
-"""Tests of the page *This scene*: errors by an independent loop, Shapley values, and the selection rule."""
+"""Errors on the page *This scene* agree with an independent loop; Shapley values and selection rule."""
 
 import math
 from dataclasses import replace

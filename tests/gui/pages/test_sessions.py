@@ -344,7 +344,10 @@ def test_events_beyond_the_limit_are_counted(page):
             writer.note(Event(100.0 + 1e-3 * number, MARKER, {"text": f"marker {number}"}))
     page.show_session(overview(path))
     assert len(page.happened.pairs) == 201
-    assert page.happened.pairs[-1] == ("", "103 more events: the command “sessions show” lists them")
+    assert page.happened.pairs[-1] == (
+        "",
+        "103 more events: in a terminal, “hapkit-studio sessions show” lists them",
+    )
 
 
 @pytest.mark.slow

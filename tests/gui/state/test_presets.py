@@ -79,7 +79,7 @@ def test_a_preset_is_saved_selected_and_restored_in_one_undo_step(window, home):
 
 
 def test_differences_are_listed_until_the_preset_is_applied(window, home):
-    """Both values have the unit of the window, and the list follows later changes."""
+    """Both values have the unit that the window shows, and the list follows later changes."""
     studio = window.studio
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002, controller=True)

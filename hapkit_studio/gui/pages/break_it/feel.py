@@ -96,7 +96,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _refresh(self) -> None:
-        """React to the user's changes; an environment that the user has chosen is kept at the end."""
+        """React to the user's changes; an environment that the user chose stays after *Feel it* ends."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

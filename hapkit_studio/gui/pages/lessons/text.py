@@ -65,8 +65,8 @@ def formula_label(tex: str) -> RichLabel:
 def _picture(tex: str, font: QFont) -> str:
     """Return a formula as an image aligned with the text's base line.
 
-    Qt centres an image at half the height of an x above the base line. The image therefore has equal heights
-    above and below that point.
+    Qt puts the middle of an image at half the height of the letter x above the base line. The formula's image
+    therefore extends equally far above and below this level.
     """
     shape = drawn(tex, theme.tokens["ink"])
     em, half_x = font.pixelSize(), QFontMetricsF(font).xHeight() / 2.0
