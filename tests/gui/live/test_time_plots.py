@@ -254,6 +254,18 @@ def words_in(canvas):
     return found[found[:, 0] > canvas.measure().left()]
 
 
+def label_boxes(canvas, monkeypatch):
+    """Return a table that contains the rectangle of each label by its text, once the canvas is drawn."""
+    boxes = {}
+
+    def note(_painter, x, y, text, _token):
+        metrics = QFontMetricsF(theme.font("label"))
+        boxes[text] = metrics.tightBoundingRect(text).translated(x, y)
+
+    monkeypatch.setattr(canvas, "note", note)
+    return boxes
+
+
 def show_divided(plots, side):
     """Show 14 s of a handle at rest, 11 mm to one side of the middle, with a divider after 10 s."""
     history = LiveHistory(seconds=60.0, rate=RATE)
@@ -308,13 +320,8 @@ def test_a_divider_label_is_inside_the_frame_on_the_projector(plots, monkeypatch
     theme.set_scale(2.0)
     try:
         show_divided(plots, side)
-        canvas, boxes = plots.canvases[0], {}
-
-        def note(_painter, x, y, text, _token):
-            metrics = QFontMetricsF(theme.font("label"))
-            boxes[text] = metrics.tightBoundingRect(text).translated(x, y)
-
-        monkeypatch.setattr(canvas, "note", note)
+        canvas = plots.canvases[0]
+        boxes = label_boxes(canvas, monkeypatch)
         canvas.grab()
         assert canvas.measure().adjusted(2, 2, -2, -2).contains(boxes["Spring"])
     finally:
@@ -366,13 +373,8 @@ def test_an_older_divider_has_its_label_in_the_other_row(plots):
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_pointer_readout_covers_no_divider_label(plots, monkeypatch, side):
     show_divided(plots, side)
-    canvas, boxes = plots.canvases[0], {}
-
-    def note(_painter, x, y, text, _token):
-        metrics = QFontMetricsF(theme.font("label"))
-        boxes[text] = metrics.tightBoundingRect(text).translated(x, y)
-
-    monkeypatch.setattr(canvas, "note", note)
+    canvas = plots.canvases[0]
+    boxes = label_boxes(canvas, monkeypatch)
     for away in (-0.3, 0.1, 0.4):
         boxes.clear()
         canvas.pointed.emit(9.999 + away - plots.shown.zero)
