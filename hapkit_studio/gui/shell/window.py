@@ -268,7 +268,7 @@ class MainWindow(QMainWindow):
         buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
         words = (
             "A tour shows the window in five minutes.",
-            "You find the tour also in the menu Help: First steps.",
+            "The tour is also in the menu Help, under First steps.",
         )
         self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))
 
