@@ -120,5 +120,5 @@ def _connect() -> None:
 
 
 def fileno() -> int:
-    """Return the file descriptor of the socket that is readable after a signal; −1 if there is no socket."""
+    """Return the file descriptor of the socket that a signal makes readable, or −1 without a socket."""
     return _ends[0].fileno() if _ends else -1

@@ -20,7 +20,7 @@ _SLOPE = 1.3  # slope with which the Weibull function best describes comparisons
 
 
 def interval_text(found: Interval, decimals: int, factor: float = 1.0) -> str:
-    """Format an estimate with half of its 95 % interval; return a dash if there is no estimate."""
+    """Format an estimate with half of its 95 % interval; a missing estimate gives a dash."""
     if not math.isfinite(found.value):
         return "–"
     if not math.isfinite(found.half):

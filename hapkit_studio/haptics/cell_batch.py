@@ -80,7 +80,7 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
 
 @inlined
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
-    """Return the reason to end a run early after a part, or COMPLETED if there is no reason.
+    """Return the reason to end a run after a part; COMPLETED means that the run continues.
 
     The motion is steady if its range is the same in the last three parts and is at most ``small``.
     """

@@ -287,7 +287,7 @@ def show(
     plane: bool = False,
     progress: Progress = no_progress,
 ) -> Shown:
-    """Try a failure on both sides of its limit; raise ParameterError if there is no limit."""
+    """Simulate a failure on both sides of its limit; raise ParameterError for a failure without a limit."""
     case = failure.case(options)
     limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)

@@ -25,8 +25,8 @@ FEWEST_SAMPLES = 32
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.1
 _MOST_FLAGS = 255
 _LISTED_CHANGES = 5  # number of changes listed in a message
-# s: time excluded before and after a settings change, as it is logged up to 0.1 s late, and values
-# ramp for 30 ms
+# s: time excluded before and after a settings change. The log may state the change 0.1 s too late, and
+# afterwards the values ramp for 30 ms.
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 
 

@@ -17,7 +17,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, plain
 
 _CURVE = 81
-# value of the condition "hand" if there is no simulated hand
+# value of the condition "hand" for a wall that a person presses
 PERSON = "person"
 # reasons why a search ended
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"

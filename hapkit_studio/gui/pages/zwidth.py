@@ -37,9 +37,9 @@ _HOW_IT_IS_TRIED = (
 
 
 class ZWidthPage(MeasuringPage):
-    """Shows each point as soon as it is measured.
+    """The page *Z-width*: measures the stiffest stable wall for each virtual damping.
 
-    During a measurement on a device, the scene shows the wall and how the hand moves.
+    Each measured point appears at once. On a device, the scene shows the wall and the hand meanwhile.
     """
 
     file = "z-width"

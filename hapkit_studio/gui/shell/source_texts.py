@@ -113,7 +113,7 @@ def _in_module(module: str, tree: ast.Module) -> Iterator[Message]:
 
 
 def without_tags(words: str) -> str:
-    """Return a text as it is shown: without the tags and entities of rich text."""
+    """Remove tags from a rich text, and replace entities by their characters."""
     words = re.sub(r"</?(?:p|br|tr|td|h\d|li)\b[^<>]*>", " ", words)
     return unescape(re.sub(r"</?[a-z][^<>]*>", "", words)).replace("\N{WORD JOINER}", "")
 

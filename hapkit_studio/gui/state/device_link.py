@@ -219,7 +219,7 @@ class DeviceLink(QObject):
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:
-        """Show why there is no device; for a lost device or a busy port, keep trying to reconnect."""
+        """Show the error. If the device was lost or its port is busy, keep trying to reconnect."""
         if self.link.state in ("gone", "failed") and self._again.isActive():
             if not self._should_report(error):
                 return

@@ -26,7 +26,7 @@ class StoredSettings(QSettings):
         self.rejected: dict[str, str] = {}
 
     def read(self, name: str, default: T, check: Callable[[object], T]) -> T:
-        """Return the stored value, converted by ``check``, or the default if there is no valid value.
+        """Return the stored value, converted by ``check``; if it is missing or invalid, return the default.
 
         ``check`` raises ParameterError to reject a value.
         """

@@ -60,7 +60,7 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
 
 
 def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
-    """Return the first drawn value for which the verdict is calm; None if there is no such value."""
+    """Return the first drawn value with the verdict "calm"; None if no drawn value has it."""
     from hapkit_studio.analysis.stability.verdict import verdict  # imported late to keep start-up fast
 
     for done, value in enumerate(drawn):

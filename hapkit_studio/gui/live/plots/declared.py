@@ -106,7 +106,7 @@ class PhasePlot:
         return f"{self.channel.replace('_', ' ')}, {self.unit}"
 
     def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
-        """Return the law's curve from minus to plus three times the reach; None if there is no such curve."""
+        """Return the law's curve up to three times the reach on either side; None if the law has none."""
         far = 3.0 * self.reach / self.scale
         return self.theory(environment, values, -far, far)
 
