@@ -151,7 +151,8 @@ class Behaviour:
         """
         if self.least is None or self.most is None:
             return ""
-        size = f"±{on_screen(self.most.amplitude, 'm', 2)}"
+        smallest, largest = (on_screen(one.amplitude, "m", 2) for one in (self.least, self.most))
+        size = f"±{largest}"
         often = ""
         if self.most.irregular:
             often, size = " irregularly", f"up to {size}"
@@ -163,7 +164,7 @@ class Behaviour:
                 if one
                 else f" at {hertz(slow).removesuffix(' Hz')} to {hertz(fast)}"
             )
-        if self.least != self.most and not self.most.irregular:
+        if smallest != largest and not self.most.irregular:
             size = f"±{with_unit(1e3 * self.least.amplitude, digits=2)} to {size}"
         limited = ", held back by the motor's limit" if self.most.at_limit else ""
         return f"{often} ({size}{limited})"

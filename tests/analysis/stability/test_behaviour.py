@@ -233,6 +233,12 @@ def test_a_repelled_handle_is_reported_as_such():
     )
 
 
+@pytest.mark.parametrize(("most", "words"), [(2.04e-3, "±2 mm"), (2.06e-3, "±2 to ±2.1 mm")])
+def test_amplitudes_are_a_range_only_if_they_differ_as_shown(most, words):
+    does = Behaviour(1e-3, Lasting(2e-3, float("nan")), Lasting(most, float("nan")))
+    assert does.sentence(in_hand=True).endswith(f"buzz ({words}).")
+
+
 def test_coexisting_limit_cycles_are_reported_as_a_range():
     """Quantisation causes several limit cycles in a spring of 320 N/m with 1 ms of delay and no friction."""
     device = SimulatedHapkit(coulomb_force=0.0)
