@@ -38,6 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ends: list[int] = []
     atexit.register(_exit_now, ends)  # registered first, so that it is called last
     code = _run(sys.argv[1:])
+    _flush()  # the forced exit discards unwritten output
     _end_soon(code)
     if "PySide6" not in sys.modules:
         ends.append(code)

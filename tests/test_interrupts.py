@@ -93,7 +93,9 @@ def test_endless_threads_and_exit_functions_do_not_keep_the_program_alive():
         "atexit.register(threading.Event().wait)",
     ):
         run = [sys.executable, "-c", code.format(start=start)]
-        done = subprocess.run(run, capture_output=True, text=True, timeout=60, check=False)
+        # the forced exit must not lose output that is still in a buffer
+        buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+        done = subprocess.run(run, capture_output=True, text=True, timeout=60, check=False, env=buffered)
         assert (done.returncode, done.stdout, done.stderr) == (7, "result\n", "")
 
 
