@@ -221,7 +221,9 @@ def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path,
     before = window.live.last[rows.BOARD_TIME]
     QTest.mouseClick(render, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: kept()["applied_force"][-1] < -0.3)
-    assert window.banners.banners == []
+    assert window.banners.get("stop") is None
+    # on a busy computer, a banner on late samples may remain for a moment
+    qtbot.waitUntil(lambda: window.banners.banners == [])
     window.live.stop()
     studio.close()
     log = truth(tmp_path / "truth.bin")
