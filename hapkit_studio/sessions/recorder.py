@@ -113,9 +113,15 @@ class Recorder:
 
         Raise SessionError if the file cannot be created.
         """
-        self.stop()
-        writer = SessionWriter(path)
-        self._wait(lambda: self._begin(writer))
+        self.request(lambda: Path(path))()
+
+    def request(self, path: Callable[[], Path]) -> Callable[[], None]:
+        """Request a recording into the file ``path()`` and return a function that waits for its start.
+
+        Events noted after this call are recorded. The function raises SessionError if the file cannot be
+        created.
+        """
+        return self._queue(lambda: self._begin(path()))
 
     def stop(self) -> Path | None:
         """End the recording and return its file; None if there is no recording.
@@ -141,6 +147,10 @@ class Recorder:
 
     def _wait(self, job: Callable[[], _T]) -> _T:
         """Run a job in the thread; return its result or raise its exception."""
+        return self._queue(job)()
+
+    def _queue(self, job: Callable[[], _T]) -> Callable[[], _T]:
+        """Queue a job for the thread; return a function that waits for its result or exception."""
         done: Future[_T] = Future()
         waited: list[Future[Any]] = [done, self._ended]
 
@@ -150,11 +160,14 @@ class Recorder:
             except BaseException as error:
                 done.set_exception(error)
 
+        def result() -> _T:
+            wait(waited, return_when=FIRST_COMPLETED)
+            if not done.done():  # a defect has ended the recorder, so waiting would never end
+                raise SessionError("The recorder has failed: recording has ended.")
+            return done.result()
+
         self._jobs.put(run)
-        wait(waited, return_when=FIRST_COMPLETED)
-        if not done.done():  # a defect has ended the recorder, so waiting would never end
-            raise SessionError("The recorder has failed: recording has ended.")
-        return done.result()
+        return result
 
     # --- in the recorder's thread
 
@@ -175,8 +188,9 @@ class Recorder:
         self._engine, self._seen = engine, {}
         self._clock_jumps = 0 if engine is None else engine.clock_jumps
 
-    def _begin(self, writer: SessionWriter) -> None:
-        self._flush()
+    def _begin(self, path: Path) -> None:
+        self._end()
+        writer = SessionWriter(path)
         for event in self._latest().values():
             writer.note(event)
         self._writer, self.progress = writer, Progress(writer.path)

@@ -56,6 +56,25 @@ def test_jumps_of_the_boards_clock_are_marked_in_the_session(engine, recorder, t
     assert found == [{"text": CLOCK_JUMPED}]
 
 
+def test_events_noted_before_the_file_exists_are_recorded(engine, recorder, tmp_path):
+    may_start = threading.Event()
+
+    def path():
+        may_start.wait()
+        return tmp_path / "a.hapkit"
+
+    recorder.note(MARKER, {"text": "before the request"})
+    wait_for_start = recorder.request(path)
+    recorder.note(MARKER, {"text": "first"})
+    may_start.set()
+    wait_for_start()
+    recorder.note(MARKER, {"text": "second"})
+    collected(engine.reader(), [], 100)
+    recorder.stop()
+    found = [event.what["text"] for event in Session(tmp_path / "a.hapkit").events if event.kind == MARKER]
+    assert found == ["first", "second"]
+
+
 @pytest.mark.slow
 def test_a_recording_contains_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):
     reader, pieces = engine.reader(), []

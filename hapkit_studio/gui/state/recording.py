@@ -67,7 +67,8 @@ class Recording(QObject):
         if recorder is None or self._turn.running:
             return
         if self.progress is None:
-            self._turn.start(lambda _progress: recorder.record(new_path(key)))
+            wait = recorder.request(lambda: new_path(key))
+            self._turn.start(lambda _progress: wait())
         else:
             self._turn.start(lambda _progress: _written(recorder.stop()))
 

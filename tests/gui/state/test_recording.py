@@ -12,6 +12,7 @@ import hapkit_studio as hs
 from hapkit_studio.formatting import clock, megabytes
 from hapkit_studio.gui.shell.window_dialogs import MarkerDialog
 from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.file import MARKER
 from hapkit_studio.sessions.folder import folder
 from hapkit_studio.sessions.overview import overview
 from hapkit_studio.sessions.recorder import Progress
@@ -41,8 +42,9 @@ def begin(window, qtbot):
 
 def end(window, qtbot):
     """Stop the recording with the button."""
+    recording = window.studio.recording
     qtbot.mouseClick(window.header.record, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
+    qtbot.waitUntil(lambda: recording.newest is not None and not recording._turn.running)
 
 
 @pytest.mark.slow
@@ -242,6 +244,17 @@ def test_a_marker_has_the_time_at_which_it_was_requested(window, qtbot):
     start = Session(path).starts[0]
     assert [words for _, words in found.markers] == ["r2 first push"]
     assert found.markers[0][0] == pytest.approx(asked - start, abs=2e-6)
+
+
+def test_a_marker_set_at_once_after_the_request_is_recorded(window, qtbot):
+    recording = window.studio.recording
+    qtbot.waitUntil(lambda: not recording._turn.running)
+    recording.toggle()
+    recording.note(MARKER, {"text": "early"})
+    qtbot.waitUntil(lambda: recording.progress is not None and recording.progress.samples > 0)
+    path = recording.progress.path
+    end(window, qtbot)
+    assert [event.what for event in Session(path).events if event.kind == MARKER] == [{"text": "early"}]
 
 
 @pytest.mark.slow
