@@ -107,7 +107,7 @@ def copy_avrdude() -> None:
 
 
 def owner(path: Path) -> str:
-    """Return the name and version of the Debian package that contains a file; "" if there is none."""
+    """Return the name and version of the Debian package that contains a file; "" for a file of no package."""
     if shutil.which("dpkg-query") is None:
         return ""
     found = subprocess.run(["dpkg-query", "-S", path], capture_output=True, text=True, check=False).stdout

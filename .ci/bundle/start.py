@@ -23,7 +23,7 @@ def restore_environment() -> None:
     """Restore the environment variables that PyInstaller has changed, because other programs inherit them.
 
     PyInstaller's library path leads to the libraries of this bundle, which other programs must not use.
-    PYINSTALLER_RESET_ENVIRONMENT tells another bundle that this program starts to set its own library path.
+    PYINSTALLER_RESET_ENVIRONMENT makes any other bundle that this program starts set its own library path.
     PyInstaller's matplotlib folder is temporary and has no font cache.
     """
     for name in ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"):
