@@ -40,7 +40,7 @@ def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
 
 
 def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
-    """Return the energies (bounces + 1,) between bounces, relative to the first one; inf if not finite."""
+    """Return the energies (bounces + 1,) between bounces, relative to the first; NaN becomes inf."""
     one = math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED
     work, x, v = moving(method, h, (bounces + 1) * one)
     work()
@@ -51,7 +51,7 @@ def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
 
 
 def error(method: str, h: float, drift: bool) -> float:
-    """Return the relative change of energy: the rms over bounces, or the total one if ``drift``."""
+    """Return the relative change of energy: the rms of all bounces, or the total change if ``drift``."""
     found = energies(method, h)
     with np.errstate(all="ignore"):
         off = abs(found[-1] - 1.0) if drift else math.sqrt(np.mean((np.diff(found) / found[:-1]) ** 2))

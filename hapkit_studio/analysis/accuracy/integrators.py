@@ -1,7 +1,8 @@
 """Integrators: the error of each integrator in an object's motion, at steps from 0.125 to 4 ms.
 
 The oscillating mass has the environment's default values. In the stick-slip scene a spring pulls a light
-slider; the literature gives a formula for the period. The board's cycles are those of the environments' laws.
+slider; the literature gives a formula for the period. The cost on the board is that of the whole law of an
+environment that uses the integrator.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Which terms of device and loop a scene needs: how strongly people feel each term, and what it costs.
 
-The reference models every term. One term at a time is removed, and the run without the term is compared with
-the reference. This is done for each of the scene's hands, and for a hand that pushes beyond the force limit.
+The reference is a simulation with every term. Then one term at a time is removed, and the simulation without
+the term is compared with the reference. This is done for each of the scene's hands, and for a hand that
+pushes beyond the force limit.
 A term is needed if people feel the difference, that is, if it exceeds one just-noticeable difference (JND).
 Of the other terms, as many as possible are removed together without a felt difference. If no hand shows a
 difference, the hands also throw the handle at other speeds, run longer, and release it at various times.
@@ -209,7 +210,7 @@ def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
 
 
 def stiffness_of(environment: Environment) -> Parameter | None:
-    """Return a scene's stiffness parameter; None if it has none."""
+    """Return a scene's stiffness parameter; None for a scene without a stiffness."""
     wanted = SceneRequest(environment, environment.values()).stiffness
     own = (p for p in environment.parameters if isinstance(p, Parameter) and p.unit == "N/m")
     return next((p for p in own if p.default == wanted), None)

@@ -24,9 +24,9 @@ from hapkit_studio.laws.machine import ARENA
 FELT = "A third of 6 %, the smallest change of force that people can feel"
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-# relative errors; for a speed error they are multiplied by ten times the scene's tolerance
+# fractions of the true value; for an error in m/s, 0.1 stands for the scene's own tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
-# decades of error: largest deviation of points from the straight line whose slope is the order
+# decades of error: largest deviation of points from the straight line whose slope is the order of convergence
 STRAIGHT = 0.15
 
 

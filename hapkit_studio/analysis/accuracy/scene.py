@@ -188,8 +188,8 @@ class Ideal:
     def parts(self, option: Option) -> tuple[float, ...]:
         """Return the contribution of each of PARTS to an option's error in JND, for the option's hand.
 
-        The contributions are computed from combinations of parts. A part is left out if
-        the results of the real and of the ideal loop are bit-identical without it.
+        A part contributes 0 if making it ideal in the real loop, or real in the ideal loop, changes no bit of
+        the result. The other contributions are computed from all combinations of the remaining parts.
         """
         trial = next(t for t in self.trials if t.label == option.hand)
         every = frozenset(PARTS)
@@ -480,7 +480,7 @@ def _judged(option: Option, ideal: Ideal) -> Option:
 
 
 def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
-    """Return the option with the selected methods for each place, or the reason why there is none.
+    """Return each place's option with the selected methods, or the reason why the place cannot render it.
 
     This is quick, because the earlier result contains the ideal's rates.
     """

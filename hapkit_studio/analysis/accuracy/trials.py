@@ -70,7 +70,8 @@ def variants(trial: Trial) -> Iterator[Trial]:
 def render(scene: headless.Scene, trial: Trial) -> np.ndarray:
     """Return the rows at perception.RATE of a scene in a trial; the last row is at the trial's end.
 
-    At other loop rates the position is interpolated by cubics through positions and velocities.
+    If the loop rate is not a multiple of perception.RATE, the motion is interpolated by cubics through the
+    positions and velocities.
     """
     handle = replace(scene.device, initial_velocity=trial.thrown)
     scene, rate = replace(scene, device=handle), scene.loop.rate
