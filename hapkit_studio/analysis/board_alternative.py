@@ -1,4 +1,4 @@
-"""Find the cheapest option that the board can render and that feels the same as a refused one."""
+"""Find the cheapest option that the board can render and that feels the same as a refused option."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -85,7 +85,7 @@ def _options(question: RefusedRequest) -> Iterator[Alternative]:
 
 
 def _forces(request: PlanRequest, rate: float) -> np.ndarray:
-    """Return the averaged force (n,) in N of a law at a rate in Hz during the scene's movement."""
+    """Return the moving average (n,) of a law's force in N at a rate in Hz, during the scene's movement."""
     device = SimulatedHapkit(quantum=request.quantum)
     loop = LoopSettings(rate)
     scene = headless.Scene(request.environment, request.values, device, loop, true_velocity=True)

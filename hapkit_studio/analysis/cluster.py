@@ -28,7 +28,7 @@ class ClusterError(StudioError):
 
 
 class ClusterExecutor(Executor):
-    """A Dask client's executor that knows the current number of workers and the exception of a lost chunk."""
+    """A Dask client's executor; ``lost`` are the exceptions that mean that a chunk was lost."""
 
     def __init__(self, client: Any, lost: tuple[type[BaseException], ...]):
         self.client, self.lost = client, lost
@@ -54,7 +54,7 @@ class ClusterExecutor(Executor):
 def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor]:
     """Yield an executor on the Dask scheduler at an address such as tcp://host:8786.
 
-    Raise ClusterError if there is no scheduler, or a worker has a different version of the studio.
+    Raise ClusterError if no scheduler answers, or if a worker has a different version of the studio.
     """
     try:
         import distributed
@@ -97,7 +97,7 @@ def _connected(distributed: Any, address: str, timeout: float) -> Any:
 
 
 def _check_workers(client: Any, address: str) -> None:
-    """Raise ClusterError unless there are workers, all with this version of the studio."""
+    """Raise ClusterError if no worker is connected, or if a worker has a different version of the studio."""
     try:
         client.wait_for_workers(1, timeout=WORKER_SECONDS)
     except TimeoutError:

@@ -42,7 +42,7 @@ class Cycle:
 def last_cycle(
     time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float, least: float
 ) -> Cycle | None:
-    """Return the newest complete cycle, between two upward crossings of the motion's middle, or None.
+    """Return the newest complete cycle between two upward crossings of the motion's middle; None without one.
 
     ``least`` is the smallest peak-to-peak motion in m that counts as a cycle.
     """

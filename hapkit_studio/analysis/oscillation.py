@@ -24,10 +24,11 @@ class Oscillation(NamedTuple):
 def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
     """Return the oscillation of positions (n,) in m at times (n,) in s; None if it is not sustained.
 
-    The amplitude is that of the last quarter. It must not be clearly smaller than in earlier quarters,
-    because a decaying motion is only ringing after a release. A cycle is the time between two upward
-    crossings of a band about the middle. The band extends by half the smallest quarter's amplitude to either
-    side. The frequency is that of ``statistics.dominant`` if it agrees with the cycles.
+    The time is divided into quarters. The amplitude is that of the last quarter. It must not be clearly
+    smaller than in earlier quarters, because a decaying motion is only ringing after a release. A cycle is
+    the time between two upward crossings of a band about the middle. The band extends to either side by half
+    the smallest amplitude of a quarter. The frequency is that of ``statistics.dominant`` if it agrees with
+    the cycles.
     """
     if len(time) < 2 * LEAST_CYCLES:
         return None

@@ -183,7 +183,7 @@ def _spectrum(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _events(one: np.ndarray, two: np.ndarray) -> float:
-    """Return the largest time between matching events, divided by the threshold; inf if one is missing."""
+    """Return the largest time between matching events over the threshold; inf if an event has no match."""
     found = [np.repeat(np.arange(1, len(c)), np.maximum(np.diff(c), 0.0).astype(int)) for c in (one, two)]
     if len(found[0]) != len(found[1]):
         return math.inf

@@ -135,7 +135,7 @@ class Trial:
 
     @property
     def deviation(self) -> float:
-        """Return how far in m the movement ended beyond the target's middle; negative before it."""
+        """Return how far in m the movement ended beyond the target's middle; negative if it ended before."""
         return math.copysign(1.0, self.target - self.start) * (self.end - self.target)
 
     @property
@@ -157,7 +157,7 @@ class Movement(NamedTuple):
 
 
 def movement(time: np.ndarray, position: np.ndarray) -> Movement | None:
-    """Return the movement in samples (n,) in s and m that start and end at rest; None if there is none.
+    """Return the movement in samples (n,) in s and m that start and end at rest; None without a movement.
 
     Start and end are extrapolated from the times at which the speed crosses 5 % and 20 % of its peak. This is
     exact for a minimum-jerk movement, whose speed is 30 D/T τ²(1 − τ)² (Flash and Hogan 1985, from memory).

@@ -1,4 +1,4 @@
-"""Many independent cells on any ``concurrent.futures.Executor``: ordered, with progress, cancellable.
+"""Sweeps: compute many independent cells on any ``concurrent.futures.Executor``, with progress.
 
 Cells are submitted in chunks of about 0.1 s, so that progress and cancelling are prompt. Only a few chunks
 are pending at a time, so the memory use of the executor does not depend on the length of the sweep.
