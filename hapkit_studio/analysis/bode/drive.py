@@ -1,9 +1,10 @@
 """The excitation for a Bode diagram, and the Fourier components of signals at its frequencies.
 
 A linear law is excited by multisines, which contain all tones at once. A nonlinear law is excited by single
-sines, because superposition does not hold. A motion is periodic in a whole number of samples, and every tone
-has a whole number of cycles, which avoids leakage (Pintelon and Schoukens, System Identification, 2012).
-Motions with the same tones and different phases are repeated to give each point its confidence interval.
+sines, because superposition does not hold. The period of a motion is a whole number of samples, and
+every tone has a whole number of cycles per period, which avoids leakage (Pintelon and Schoukens, System
+Identification, 2012). Each point's confidence interval is computed from several motions with the same tones
+and different phases.
 """
 
 import math

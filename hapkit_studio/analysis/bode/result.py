@@ -103,7 +103,7 @@ class Response:
         return np.where(mass > 0.0, mass, math.nan)
 
     def first(self, below: np.ndarray) -> float:
-        """Return the first frequency in Hz at which values (n,) are negative; NaN if there is none."""
+        """Return the first frequency in Hz at which values (n,) are negative; NaN if none is negative."""
         there = np.flatnonzero(below < 0.0)
         if not there.size:
             return math.nan
@@ -166,12 +166,12 @@ class Curve:
 
     @property
     def softens(self) -> float:
-        """Return the -3 dB frequency in Hz of the effective stiffness; NaN if there is none."""
+        """Return the -3 dB frequency in Hz of the effective stiffness; NaN if it never falls so far."""
         return self.best.first(self.best.stiffness - _DOWN * self.stiffness) if self.stiffness else math.nan
 
     @property
     def negative(self) -> float:
-        """Return the frequency in Hz above which the effective damping is negative; NaN if there is none."""
+        """Return the frequency in Hz above which the effective damping is negative; NaN if it never is."""
         return self.best.first(self.best.damping)
 
     @property
@@ -181,13 +181,13 @@ class Curve:
 
     @property
     def outweighed(self) -> float:
-        """Return the frequency in Hz above which inertia exceeds the stiffness; NaN if there is none."""
+        """Return the frequency in Hz above which inertia exceeds the stiffness; NaN if it never does."""
         inertia = self.setting.mass * (2.0 * math.pi * self.best.frequency) ** 2
         return self.best.first(self.best.stiffness - inertia) if self.stiffness else math.nan
 
     @property
     def ends(self) -> float:
-        """Return the frequency in Hz above which the wall is soft or adds energy; NaN if there is none."""
+        """Return the frequency in Hz above which the wall is soft or adds energy; NaN if it never is."""
         found = [f for f in (self.softens, self.gives_energy) if not math.isnan(f)]
         return min(found, default=math.nan)
 
@@ -231,7 +231,7 @@ class Curve:
 
 
 class Spectra:
-    """The components of each motion at its tones: force F and position X, complex (motions, n)."""
+    """The complex Fourier components (motions, n) of force F and position X at the tones of each motion."""
 
     def __init__(self, drive: Drive):
         self._drive = drive

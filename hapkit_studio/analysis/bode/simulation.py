@@ -15,7 +15,7 @@ from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.haptics import patience, rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
 
-_PRESSED = 1.1  # depth in a surface as a multiple of the amplitude; the motion never leaves it
+_PRESSED = 1.1  # depth in a surface as a multiple of the amplitude, so that the motion stays inside
 _REPEATS = 16  # a stiff wall limits the motion to a few sensor steps, so many repeats are averaged
 _SMALLER = 0.8  # factor on the amplitude for the next attempt after the motor saturated
 
