@@ -54,7 +54,7 @@ class Calibration:
 
     @property
     def board(self) -> Board:
-        """Return the settings in force."""
+        """Return the board's current settings."""
         return of_settings(self.runner.settings)
 
     # --- kit
@@ -252,7 +252,7 @@ class Calibration:
         self._recompute_strength()
 
     def _widened(self, part: Part, track: Track) -> Part:
-        """Return a part with intervals widened by the uncertainty of dead band, force and length."""
+        """Widen the intervals of a part's estimates by the uncertainties of dead band, force and length."""
         part = paddle.widened_by_dead_band(part, track, self.board)
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0

@@ -108,7 +108,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
     """Push slightly, then stop the motor or send nothing more; return the resulting status flags and duty.
 
-    The time is measured from the moment the board receives a command, because the computer may send late.
+    The waiting time starts when the board receives a command, because the computer may send it late.
     """
     board, obeyed = runner.board, False
     # s on the board's clock: the current time, and the time of the last force command received

@@ -92,7 +92,7 @@ _SHAKE, _STRETCH = 0.4, 0.016  # N: amplitude of the shaking force; m: largest s
 
 
 def pull(runner: BoardRunner, stiffness: float) -> Track:
-    """Pull a spring in N/m to the right, up to 16 mm or 2 N, then move back.
+    """Pull a spring of ``stiffness`` N/m to the right, up to 16 mm or 2 N, then move back.
 
     A shaking force overcomes dry friction. The force never pushes to the left.
     """

@@ -31,7 +31,7 @@ GRAVITY = 9.81
 PLAUSIBLE = (0.25, 4.0)
 """Accepted ratio of a motor's strength to its profile."""
 _SUSPICIOUS = 0.35
-"""N: above this friction, a dead band is the likelier cause."""
+"""N: break-away force above which a dead band is a likelier cause than friction."""
 _BELOW = 0.85
 # relative uncertainty of a weight, from the tolerance of coins, the release, and sticking friction
 _WEIGHT_UNCERTAINTY = 0.02
@@ -280,7 +280,7 @@ def _curvature_rms(off: np.ndarray) -> float:
 
 
 def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
-    """Return means of values (n,) over shaking periods, (pulls, 2, means).
+    """Return the means (pulls, 2, means) of values (n,) over the shaking periods.
 
     Each pull has the means of its rise, and in reverse order the means of its fall.
     """

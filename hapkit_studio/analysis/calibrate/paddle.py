@@ -80,7 +80,7 @@ def dead_bands_nearby(board: Board) -> list[Board]:
 
 
 def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
-    """Return a part with intervals widened by the dead band's uncertainty, which affects friction most."""
+    """Widen a part's intervals by the uncertainty of the dead band, which affects friction most."""
     others = [other for near in dead_bands_nearby(board) if (other := paddle_of(track, near)).estimates]
     made = []
     for e in part.estimates:
@@ -145,7 +145,7 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
-    """Return a part with intervals widened by relative errors of force and length, and by a time error.
+    """Widen the intervals of a part's estimates by relative errors of force and length, and by a time error.
 
     The time error ``late`` is in s. It adds part of the damping to the mass, and part of the mass to the
     damping. An estimate is undetermined if its widened interval exceeds its value and its just-noticeable
@@ -185,7 +185,7 @@ class SweepResult:
 
 
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
-    """Find the break-away force, sweep and evaluate. The board's settings do not change.
+    """Find the break-away force, sweep the handle and evaluate the sweep. The board's settings do not change.
 
     ``fine`` also accepts a small change of the dead band; set it if the board's value is nearly right.
     """

@@ -151,8 +151,9 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
 def changes(found: Scale, board: Board) -> dict[str, float | int]:
     """Return the settings that the marks correct.
 
-    Positions and forces share one ratio, rh rp / rs = quantum * counts / turn. The radius is therefore
-    corrected together with the quantum, and the force changes with the radius.
+    The quantum is proportional to rh rp / rs, the force to rs / (rh rp), with the radii rh of the handle, rp
+    of the pulley and rs of the sector. A wrong radius is therefore corrected together with the quantum, and
+    the force changes with it.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
     radius = _wrong_radius(found)
@@ -172,5 +173,5 @@ def in_force(found: Scale, before: Board) -> CheckResult:
 
 
 def _wrong_radius(found: Scale) -> str:
-    """Return the key of the radius that explains the deviation."""
+    """Return the key of the radius whose error explains the deviation of the scale."""
     return "handle_radius" if found.result.key == "radius" else "pulley_radius"

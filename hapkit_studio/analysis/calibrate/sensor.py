@@ -41,8 +41,8 @@ class SensorResult:
 def noise_of(raw: np.ndarray) -> float:
     """Return the standard deviation in counts of white noise in readings (n,); repeated readings are ignored.
 
-    Second differences of independent errors have six times their variance. The median absolute value of a
-    normal distribution is 0.6745 standard deviations.
+    The second differences of independent errors have six times the variance of the errors. The median
+    absolute value of a normal distribution is 0.6745 standard deviations.
     """
     second = np.abs(np.diff(raw.astype(float), 2))
     if not len(second):
