@@ -1,4 +1,4 @@
-"""Limits of methods; each module that has a ``FAILURE`` defines one."""
+"""Failures of rendering methods beyond a limit. Each module with a ``FAILURE`` defines one failure."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -17,5 +17,5 @@ def failures() -> Mapping[str, Failure]:
 
 
 def named(key: str) -> Failure:
-    """Return a failure by its key; raise ParameterError listing the keys."""
+    """Return a failure by its key; raise ParameterError with a list of the keys if it is unknown."""
     return discovery.named(failures(), key, "failure")

@@ -26,7 +26,7 @@ Case = Mapping[str, float]
 THEORY, MEASURED, OTHER = "theory", "measured", "other"
 
 
-# number of points of a trace: the minimum and the maximum of each pixel
+# largest number of points of a trace: the minimum and the maximum for each of 1,200 pixels
 POINTS = 2400
 
 
@@ -87,9 +87,9 @@ class Curve:
 class Plot:
     """The chart of a failure: curves over multiples (n,) of its limit, or over x values (n,) of a case.
 
-    ``boundary`` is the label of the limit; it is "" if the x axis does not show the knob times ``factor``.
-    ``marks`` are further x values with labels. ``level`` is the y value at which the method fails; by default
-    y is a growth rate, and the motion is stable below 0.
+    ``boundary`` is the label of the limit; it is "" if the x axis does not show the knob's value times
+    ``factor``. ``marks`` are further x values with labels. ``level`` is the y value at which the method
+    fails; by default y is a growth rate, and the motion is stable below 0.
     """
 
     x_label: str
@@ -371,9 +371,9 @@ def alive(size: np.ndarray, least: float) -> int:
 
 
 def growth(size: np.ndarray, seconds: float) -> float:
-    """Return the growth in 1/s of an oscillation's amplitude (n,) with period ``seconds``.
+    """Return the growth in 1/s of an oscillation from its amplitudes (n,) every ``seconds`` seconds.
 
-    The growth is fitted to the last two thirds, to exclude transients; it is 0 without motion.
+    Only the last two thirds are used, to exclude transients. The growth is 0 without motion.
     """
     third = len(size) // 3
     if third == 0:

@@ -86,7 +86,7 @@ def error(balance: float, label: str) -> base.Curve:
 
 
 def live(lateness: float, case: base.Case) -> base.Live:
-    """Return the live settings of the wall for the window."""
+    """Return the live settings of the wall."""
     stiffness = stiffness_of(lateness, case)
     given = {"stiffness": base.short(stiffness, stiffness_of(LATENESS, case)), "damping": 0.0}
     values = {**base.within("wall", given), "position": WALL}

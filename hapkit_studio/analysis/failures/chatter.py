@@ -63,7 +63,7 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
 
 
 def live(friction: float, case: base.Case) -> base.Live:
-    """Return the friction scene for the window, with friction computed from the sign of the velocity.
+    """Return the live settings of the friction scene, with friction from the sign of the velocity.
 
     The force after the release depends on the position within a count.
     """

@@ -1,4 +1,4 @@
-"""The course's mass on a spring in contact: with a step of 1 ms its oscillation grows, as in the lecture."""
+"""The mass on a spring of a haptics course: with a step of 1 ms its oscillation in contact grows."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ def probe(step: float, case: base.Case) -> base.Evidence:
 
 
 def exact(step: float, case: base.Case) -> float:
-    """Return the growth in 1/s by the method's formula."""
+    """Return the growth of the oscillation in 1/s according to the method's formula."""
     return OMEGA * growth_per_radian(method_of(case), RATIO, OMEGA * step)
 
 
@@ -76,7 +76,7 @@ _ADVICE = (
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the scene of the course for the window, with a time step of ``step`` in s."""
+    """Return the live settings of the mass on a spring, with a time step of ``step`` s."""
     loop = {"rate": base.live_rate(1.0 / step)}
     return base.Live("mass_spring_damper", values(method_of(case)), loop, "firm", _ADVICE)
 

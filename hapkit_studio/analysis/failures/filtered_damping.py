@@ -37,7 +37,7 @@ def limit(case: base.Case) -> float:
 
 
 def live(damping: float, case: base.Case) -> base.Live:
-    """Return the spring for the window with this damping and filter."""
+    """Return the live settings of a spring with this damping and the case's filter."""
     given = {"stiffness": case["stiffness"]}
     return spring.live(damping, limit(case), spring.DAMPING, given, spring.loop_of(case, spec(case)))
 

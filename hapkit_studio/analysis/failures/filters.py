@@ -36,7 +36,7 @@ def bound(
 
 
 def limit(case: base.Case) -> float:
-    """Return the exact limit in N/m with this filter; 0 if the damping alone makes the loop unstable."""
+    """Return the case's exact limit in N/m; 0 if the damping alone makes the loop unstable."""
     return bound(case, case["damping"], chosen(case))
 
 
@@ -66,7 +66,7 @@ def over_damping(
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring and damper for the window with this filter."""
+    """Return the live settings of a spring and damper with the case's filter."""
     loop = spring.loop_of(case, chosen(case))
     return spring.live(stiffness, limit(case), spring.STIFFNESS, {"damping": case["damping"]}, loop)
 

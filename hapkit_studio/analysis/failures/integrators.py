@@ -69,7 +69,7 @@ def probe(step: float, case: base.Case) -> base.Evidence:
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the mass for the window with this integrator, at the case's damping ratio and ω dt."""
+    """Return the live settings of the mass, with the case's integrator and damping ratio, at a step ω dt."""
     # largest frequency of the mass in the window for this damping ratio
     omega = 200.0 / max(_ratio(case), 1.0)
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}

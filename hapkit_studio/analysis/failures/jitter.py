@@ -85,7 +85,7 @@ def swing(stiffness: float, case: base.Case) -> np.ndarray:
 
 
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
-    """Return the growth in 1/s of positions and speeds (n, 2), which are one pattern apart."""
+    """Return the growth in 1/s of a motion from its position and speed (n, 2), once per pattern."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = base.alive(size, DEAD * spring.START) // 2
     if not half:
@@ -115,7 +115,7 @@ def always_late(stiffness: float, case: base.Case) -> float:
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring for the window, in a loop that always has the longest period."""
+    """Return the live settings of the spring, in a loop that always has the longest period."""
     loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
     found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
     return replace(found, advice=f"In the window, every period is as long as the long one. {found.advice}")

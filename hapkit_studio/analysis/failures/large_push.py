@@ -12,8 +12,8 @@ from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.formatting import on_screen, with_unit
 
 _HALVINGS = 16
-# The simulated time, in units of 1/σ, in which a push 1 ‰ off the limit diverges or settles; the largest
-# number of samples, after which the trend decides.
+# The simulated time as a multiple of 1/σ, with the growth rate σ: a push that differs from the limit by 1 ‰
+# diverges or settles in this time. The largest number of samples, after which the trend decides.
 _TIMES, _SAMPLES = 10.0, 300_000
 
 
@@ -37,7 +37,7 @@ def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
 
 
 def measured(case: base.Case, stiffness: float) -> float:
-    """Return the push in m at the boundary between settling and growing, by bisection near the formula."""
+    """Return the push in m at the boundary between settling and growing, by bisection around the formula."""
     middle, case = amplitude(case, stiffness), {**case, "stiffness": stiffness}
     ends = math.log(0.5 * middle), math.log(2.0 * middle)
 
@@ -69,7 +69,7 @@ def edge(case: base.Case) -> float:
 
 
 def live(push: float, case: base.Case) -> base.Live:
-    """Return the spring for the window; its handle has 0.1 N of dry friction."""
+    """Return the live settings of the spring. In the window, the handle has 0.1 N of dry friction."""
     values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])

@@ -27,7 +27,7 @@ _SHARES = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1
 
 
 def limit(case: base.Case) -> float:
-    """Return the limit 2 F_c/Δ in N/m."""
+    """Return the limit 2 F_c/Δ in N/m, with the friction F_c in N and the sensor count Δ in m."""
     return 2.0 * case["coulomb"] / case["quantum"]
 
 
@@ -100,7 +100,7 @@ def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str
 
 
 def plane(case: base.Case) -> Plane:
-    """Return F_c/(kΔ) over b₀/(kT) (Diolaiti et al. 2006): boundaries and simulated springs."""
+    """Return the diagram of F_c/(kΔ) over b₀/(kT) by Diolaiti et al. (2006), with simulated springs."""
     stiffness = spring.STIFFNESS.default
     found: dict[str, list[tuple[float, float]]] = {word: [] for word in _WORDS}
     enough, steady = edges(case)

@@ -31,7 +31,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Field:
-    """A quantity z (m, n) over x (n,) and y (m,): stable up to 1, bounded up to 2, unstable above.
+    """A quantity z (m, n) over x (n,) and y (m,). The motion is stable for z < 1 and bounded for z < 2.
 
     ``levels`` are the contour lines of z below 1.
     """
@@ -55,7 +55,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Plane:
-    """Panels with equal logarithmic axes; ``place`` returns the knob's point in panel ``own``."""
+    """Panels with equal logarithmic axes; ``place`` returns (x, y) of a knob's value in panel ``own``."""
 
     sentence: str
     x_label: str

@@ -23,7 +23,7 @@ def rule(case: base.Case) -> dict[str, float]:
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring for the window, in which friction keeps the handle at rest far beyond the limit."""
+    """Return the spring's live settings. In the window, friction calms the handle far beyond the limit."""
     given = {"damping": case["damping"]}
     return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
 

@@ -85,7 +85,7 @@ def setting(case: Case, estimator: Spec = "difference") -> LoopSettings:
 
 
 def released(where: LoopSettings, damping: float, stiffness: float) -> np.ndarray:
-    """Return the rows of a rendered spring whose handle is released at START, until it diverges."""
+    """Return the rows of a rendered spring after the handle's release at START, until the motion diverges."""
     seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
     given = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     handle = simulated_handle(where, real=False, position=START)
@@ -114,7 +114,7 @@ def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
 
 
 def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[str, object]) -> Live:
-    """Return the spring for the window, with its knob (stiffness or damping) at a value."""
+    """Return the live settings of the spring, with its knob (stiffness or damping) at a value."""
 
     def make(value: float) -> Live:
         values = {"damping": 0.0, "center": 0.0, **given, knob.key: base.short(value, bound)}

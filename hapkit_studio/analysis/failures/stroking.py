@@ -46,7 +46,7 @@ def stroke(
 
 
 def live(speed: float, case: base.Case) -> base.Live:
-    """Return the grating for the window, in a loop so slow that a hand can exceed the limit."""
+    """Return the live settings of the grating, in a loop so slow that a hand can exceed the limit."""
     return base.Live("texture", grating(case["wavelength"]), {"rate": case["rate"]}, advice=swipe(speed))
 
 

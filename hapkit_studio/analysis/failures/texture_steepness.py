@@ -48,7 +48,7 @@ def probe(amplitude: float, case: base.Case) -> base.Evidence:
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:
-    """Return the grating for the window."""
+    """Return the live settings of the grating."""
     bound = limit(case)
 
     def make(value: float) -> base.Live:

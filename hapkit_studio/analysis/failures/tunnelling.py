@@ -81,7 +81,7 @@ def theory(speed: float, case: base.Case) -> float:
 
 
 def live(speed: float, case: base.Case) -> base.Live:
-    """Return the bump for the window, with the case's width if the window allows it."""
+    """Return the live settings of the bump, with the case's width if the window allows it."""
     values = base.within("bump_valley", {"peak_force": 1.0, "width": case["width"], "profile": _COSINE})
     return base.Live("bump_valley", values, {"rate": case["rate"]}, advice=swipe(speed))
 
