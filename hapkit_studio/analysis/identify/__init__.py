@@ -27,7 +27,7 @@ RENDERED_TERMS = ("stiffness", "damping", "friction")
 class Identified:
     """The result of ``identify`` for the recording from ``begin`` to ``end`` in s.
 
-    ``hertz`` is the dominant frequency of the position, NaN if there is no clear peak. ``noise`` is the
+    ``hertz`` is the dominant frequency of the position, NaN without a clear peak. ``noise`` is the
     standard deviation in m of the position noise beyond quantisation; it is 0 without such noise.
     """
 
@@ -61,7 +61,7 @@ class Identified:
         return part.key == "rendered" and any(texts.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
-        """Return both parts with their intervals, without points.
+        """Return the estimates of both parts with their intervals, without the points of the fits.
 
         Numbers are in SI units unless a key names a unit.
         """

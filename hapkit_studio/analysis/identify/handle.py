@@ -39,7 +39,7 @@ NOTHING_MOVES = (
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
-    """Identify the handle; set ``released`` if no hand holds it and the recording does not tell."""
+    """Identify the handle; set ``released`` if no hand holds it but the recording does not say so."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     in_hand = grid.in_hand & (not released)
@@ -64,7 +64,7 @@ class _WindowResult:
 
 
 def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
-    """Return the result at the window length of least variance; ``chosen`` (n,) marks the samples to use."""
+    """Return the result at the window length with the least variance; ``chosen`` (n,) marks used samples."""
     found: list[_WindowResult] = []
     moving = chosen & (grid.sign != 0.0)
     speed = float(np.sqrt(np.mean(grid.slope[moving] ** 2))) if moving.any() else 0.0
@@ -86,11 +86,11 @@ def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released:
 def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
     """Return the part with intervals that include the results of neighbouring window lengths.
 
-    Return None if a neighbour is needed and there is none.
+    Return None if such a result is needed but no neighbouring window length has one.
 
     Window lengths differ in their bandwidth. At a steady speed the loop turns quantisation into a slow motion
     that biases the results of only some window lengths. If the acceleration is large compared with its noise,
-    the results may differ within their intervals.
+    a difference within the neighbour's own interval does not widen the interval.
     """
     if not (best.sure or others or best.part.released):
         return None
@@ -189,7 +189,7 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
 
 
 def _error_variances(windows: Windows, columns: np.ndarray, usable: np.ndarray) -> np.ndarray:
-    """Return the variances (p,) of the coefficients for 1 kg and independent position errors of 1 m."""
+    """Return the coefficients' variances (p,) for a mass of 1 kg and independent position errors of 1 m."""
     used = columns * usable[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)

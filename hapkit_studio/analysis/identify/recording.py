@@ -1,4 +1,4 @@
-"""Recordings from runs and files: columns over time, and the settings in force."""
+"""Recordings from runs and files: columns over time, and the settings that were valid at each time."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -111,7 +111,7 @@ class Recording:
         return ", ".join([*times[:_LISTED_CHANGES], *["…"][: len(times) - _LISTED_CHANGES]])
 
     def longest(self) -> "Recording":
-        """Return the longest part with constant settings; raise ParameterError if there is none."""
+        """Return the longest part with constant settings; raise ParameterError if no part is long enough."""
         changes = [when for when, _ in self.later]
         begins = [float(self.time[0]), *(when + _AFTER_CHANGE for when in changes)]
         ends = [*(when - _BEFORE_CHANGE for when in changes), float(self.time[-1])]
@@ -306,7 +306,7 @@ def _recording(
 
 
 def _script(settings: settings_log.LoggedSettings) -> Hand | None:
-    """Return the scripted hand that the settings name, or None."""
+    """Return the scripted hand that the settings name; None if they name no script."""
     name = settings.get("hand")
     return SCRIPTS.get(name) if isinstance(name, str) else None
 

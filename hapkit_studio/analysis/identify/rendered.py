@@ -3,7 +3,7 @@
 -F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect. It is constant during a period,
 and late by the loop's delay. The motor's force is not measured, so the motor's errors appear neither in the
 estimates nor in their intervals. Both sides are averaged over smooth windows, which avoids differences of
-sensor counts. Hold and delay reduce the damping; the estimate includes this loss.
+sensor counts. The zero-order hold and the delay reduce the damping; the estimate includes this loss.
 
 The expected value follows from the lag of the force. The force is constant for a period T and arrives td
 late, so it lags the position by T / 2 + td. The spring's force -K x therefore acts as -K x + K (T / 2 + td)
@@ -186,7 +186,7 @@ def _centre(
     moved: Sizes,
     offset: float | None = None,
 ) -> list[Estimate]:
-    """Return the centre of the spring or the surface of the wall, if a stiffness was found.
+    """Return the centre of the spring or the surface of the wall; empty if the stiffness is not a term.
 
     A delayed velocity estimate adds stiffness to the motion about the mean position, but not to the mean
     force. The centre is therefore computed without this added stiffness.

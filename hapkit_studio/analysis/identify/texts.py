@@ -119,7 +119,7 @@ def surprising(estimate: Estimate) -> bool:
 
 
 def why(estimate: Estimate) -> str:
-    """Explain a deviation from the value set in one line; "" if there is none or its cause is unknown."""
+    """Explain a deviation from the value set in one line; "" without a deviation or a known cause."""
     if not differs(estimate) or estimate.expected is None:
         return ""
     must = alike(estimate.expected, estimate)
