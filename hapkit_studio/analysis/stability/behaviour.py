@@ -48,7 +48,7 @@ PLACES = np.linspace(-0.045, 0.045, 901)
 # N: forces with which a hand presses on a scene that only pushes back; largest such force as a fraction of
 # the scene's or the motor's force
 _PRESSES, _PRESSED = (1.0, 2.0), 0.6
-# N/m: nominal stiffness for time scales if there is no spring, and the smallest stiffness used for them
+# N/m: stiffness that sets the time scale of a scene without a spring, and the smallest one for any scene
 _SPRINGLESS, _SOFTEST = 100.0, 1.0
 # an oscillation with a larger fraction of clamped samples is bounded by the force limit
 _AT_LIMIT = 0.05
@@ -145,7 +145,7 @@ class Behaviour:
 
     @property
     def swing(self) -> str:
-        """Return frequency and amplitude, as in " at 30 Hz (±2.3 mm, the motor's limit)", or "".
+        """Return frequency and amplitude, as in " at 30 Hz (±2.3 mm, the motor's limit)"; "" if calm.
 
         The text is " at 14 to 16 Hz (±0.05 to ±0.5 mm)" if several limit cycles exist.
         """
@@ -378,7 +378,7 @@ def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
 
 
 def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
-    """Return the smallest and the largest of all oscillations, or that the handle leaves."""
+    """Return the behaviour: the smallest and the largest oscillation, and whether the handle leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
     behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)
     if not swings:

@@ -1,4 +1,4 @@
-"""A map of classes from a few of its cells: a coarse lattice, then the cells next to a different class.
+"""Compute a map of classes from a few cells: a coarse lattice, then the cells next to a different class.
 
 A cell that was not evaluated gets the class of the nearest evaluated cell. The boundary of every region that
 contains a lattice cell, or touches an evaluated cell, is traced completely. Other regions are missed; they

@@ -42,7 +42,7 @@ class Points:
 
     ``real`` is True if friction and sensor steps were included. Up to the boundary a spring is stable. With
     the passivity controller the motion of the spring is bounded instead. ``swing`` (n,) is then the final
-    amplitude in m at the boundary, NaN if there is none; without the controller, ``swing`` is None.
+    amplitude in m at the boundary, NaN if the boundary is 0 or inf; without the controller it is None.
     """
 
     damping: np.ndarray
@@ -172,7 +172,7 @@ def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = 
 
 
 def passivity_line(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m, which is stable with any hand; 0 if there is none.
+    """Return the largest passive stiffness (n,) in N/m, which is stable with any hand; 0 if none is passive.
 
     Raise ParameterError for a nonlinear estimator.
     """

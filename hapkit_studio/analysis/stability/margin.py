@@ -37,7 +37,7 @@ class Margin:
 
     @property
     def island(self) -> tuple[float, float] | None:
-        """Return the stable interval above the limit that contains the stiffness, or None."""
+        """Return the stable interval above the limit that contains the stiffness; None if none does."""
         return next((ends for ends in self.again if ends[0] < self.stiffness <= ends[1]), None)
 
     @property
@@ -82,7 +82,7 @@ def span(ends: tuple[float, float]) -> str:
 
 
 def stable_again(margin: Margin) -> str:
-    """Return a sentence on the stable intervals above the limit; "" if there are none."""
+    """Return a sentence on the stable intervals above the limit; "" without such intervals."""
     others = [span(ends) for ends in margin.again if ends != margin.island]
     return f"Stable {'again' if margin.limit else 'only'} from {' and from '.join(others)}." if others else ""
 

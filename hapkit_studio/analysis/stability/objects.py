@@ -2,8 +2,8 @@
 
 The limit for a spring to the ground assumes a fixed wall. An object moves, is integrated with a method that
 has its own limit, and responds one sample late. The limit is exact during contact, for small motions, and for
-a coupling whose damper acts both ways. The dampers of the scenes act on approach only, so the limit is exact
-if there is no damping.
+a coupling whose damper acts both ways. The dampers of the scenes act on approach only, so for these scenes
+the limit is exact only without damping.
 """
 
 from collections.abc import Callable, Mapping

@@ -55,7 +55,7 @@ def passive_stiffness(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if there is none.
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if none is passive.
 
     ``viscous`` is the handle's damping in N·s/m, ``rate`` is in Hz, and ``delay`` in s. ``quantum`` in m is
     that of the sensor for which the estimator is designed. Raise ParameterError for a nonlinear estimator.
@@ -88,7 +88,7 @@ def passive_damping(
 
 
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
-    """Return the largest stiffness that is passive at every angle; None if there is none."""
+    """Return the largest stiffness that is passive at every angle; None if none is."""
     low, high = (_fractional_bounds if angles.rest else _whole_period_bounds)(angles, viscous, damping)
     most, least = float(np.nanmin(high)), max(float(np.nanmax(low)), 0.0)
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
@@ -126,7 +126,7 @@ def _whole_period_bounds(at: _Angles, viscous: float, damping: float) -> tuple[n
 
 
 def _fractional_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and largest passive stiffness if the delay has a fraction of a period.
+    """Return the smallest and largest passive stiffness if the delay is not a whole number of periods.
 
     They are the roots of K² - 2 r K + q = 0. The condition is |b β - c|² <= (b α)². Both sides are reduced by
     their value at w = 0, divided by |z - 1|²/4, and rearranged to avoid cancellation as w -> 0.

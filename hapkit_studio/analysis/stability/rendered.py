@@ -114,7 +114,7 @@ class Rendered:
 
 
 def softest(what: Rendered) -> float:
-    """Return the softest spring in N/m: 1 mN/m, or the spring whose period fits the longest run."""
+    """Return the softest spring in N/m: 1 mN/m, or more if its period would exceed the longest run."""
     slowest = _TURNS * what.loop.rate / MOST_SAMPLES
     return max(SOFTEST, what.mass * slowest**2)
 
@@ -352,7 +352,7 @@ def stiffest(what: Rendered, damping: float) -> float:
 
 
 def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
-    """Return the middle in N/m between the limit and the next stable interval; inf if there is none."""
+    """Return the middle in N/m between the limit and the next stable interval; inf without a next one."""
     limit = max(first_end(intervals), softest)
     return next((math.sqrt(limit * low) for low, _ in intervals if low > limit), math.inf)
 

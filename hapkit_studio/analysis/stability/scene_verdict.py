@@ -11,9 +11,9 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 class Verdict:
     """Behaviour of the handle and margins, by grip name; the last entry is the released handle.
 
-    ``unknown`` is the reason why no limit is known, or "". ``pushes`` is True if the scene only pushes (a
-    wall), so that its limits are valid while a hand presses the handle into it. ``joint`` is True if the
-    limits are those of handle and object pressed together.
+    ``unknown`` is the reason why no limit is known, "" if a limit is known. ``pushes`` is True if the scene
+    only pushes (a wall), so that its limits are valid while a hand presses the handle into it. ``joint`` is
+    True if the limits are those of handle and object pressed together.
     """
 
     does: dict[str, Behaviour]
