@@ -145,7 +145,7 @@ class GuardedDevice:
         self.wall(CALM, 0.0)
 
     def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
-        """Return the rows of the next seconds, by the device's clock.
+        """Return the rows of the next ``seconds`` s on the device's clock.
 
         If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted within a
         few ms if the device stops or the settings are changed; ``poll`` may raise too.

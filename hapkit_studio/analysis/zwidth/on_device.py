@@ -246,7 +246,7 @@ def _stiffest_at(
 
 
 def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
-    """Watch until the oscillation has decayed or persists; return the reason of a failure, or ""."""
+    """Watch until the oscillation has decayed or persists; return why the wall failed, "" if it passed."""
     limit = guarded.limits.counts * guarded.quantum
     calm, before = 0, math.inf
     for window in range(_MOST_WINDOWS):

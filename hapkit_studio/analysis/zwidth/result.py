@@ -50,7 +50,7 @@ class Condition:
 
 
 class Row(NamedTuple):
-    """One damping in N·s/m, its wall, and the linear loop's limit in N/m, NaN if there is none."""
+    """One damping in N·s/m, its wall, and the exact limit in N/m, NaN for a nonlinear loop."""
 
     damping: float
     point: "Point"
@@ -61,7 +61,7 @@ class Row(NamedTuple):
 class ZWidth:
     """For each damping (n,) in N·s/m, the stiffness in N/m up to which the handle settled at every wall.
 
-    ``linear`` is the linear loop's limit (n,) in N/m, NaN if there is none. ``curve`` (2, m) contains
+    ``linear`` is the exact limit (n,) in N/m, NaN for a nonlinear loop. ``curve`` (2, m) contains
     more closely spaced dampings and their limits. ``where`` is "simulation" or the device's title.
     """
 
@@ -294,7 +294,7 @@ def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ..
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """The outcome of a trial: the reason why the wall failed, or ""; ``clamped`` if the motor saturated."""
+    """The outcome of a trial: why the wall failed, "" if it passed, and whether the motor saturated."""
 
     why: str
     clamped: bool = False

@@ -24,7 +24,7 @@ from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
-# N/m: stiffness of a soft, long spring that models a constant force: it changes by 1e-6 N over a metre
+# N/m: stiffness of a soft, long spring that models a constant force: its force changes by 1e-6 N per metre
 _THREAD = 1e-6
 # N/m: upper end of the search
 _STIFFEST = 1e6
@@ -76,7 +76,7 @@ def points_of(cells: list[tuple[LoopSettings, result.Protocol, float]]) -> list[
 def trial(
     setting: LoopSettings, stiffness: float, damping: float, protocol: result.Protocol | None = None
 ) -> result.TrialOutcome:
-    """Return the outcome of a wall in N/m and N·s/m over all sampling phases."""
+    """Return the outcome over all sampling phases of a wall with stiffness in N/m and damping in N·s/m."""
     protocol = protocol or result.Protocol()
     clamped = False
     for phase in protocol.phases:
