@@ -69,7 +69,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
 
 
 def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
-    """Draw theory as lines and measurements as dots; a dot is hollow if the response is nonlinear there."""
+    """Draw theory as lines and measurements as dots; a dot is hollow if the response at it is nonlinear."""
     if curve.theory is not None:
         for axes, values in zip(panels, _values(curve.theory), strict=False):
             axes.plot(curve.theory.frequency, values, color=color, linewidth=2.2, alpha=0.5)

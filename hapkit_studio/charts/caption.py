@@ -26,7 +26,7 @@ _SPACE = "\N{NO-BREAK SPACE}"
 
 
 def caption(log: Log, known: Known, date: str = "") -> str:
-    """Return the caption lines for a settings log; ``date`` is the date of its start ("": now)."""
+    """Return the caption lines for a settings log; ``date`` is the date of its start; "" means now."""
     date = date or datetime.now().isoformat(" ", "minutes")
     log = [(time, _checked(settings)) for time, settings in log]
     first = log[0][1]

@@ -40,7 +40,7 @@ def plane_figure(shown: "Shown", path: str | Path) -> None:
 
 
 class KnobPoint:
-    """The knob's point in a plane; ``artists`` are drawn last."""
+    """The point of a plane that shows the knob's value; ``artists`` are drawn last."""
 
     def __init__(self, axes: Any, c: style.Colors, plane: "Plane"):
         self._plane = plane

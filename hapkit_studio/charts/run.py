@@ -156,7 +156,7 @@ def _draw_theory(
 
 
 def _limit(settings: Mapping) -> float:
-    """Return the force limit in N; inf if the recording contains none."""
+    """Return the force limit in N; inf for a recording without a force limit."""
     device = settings.get("device")
     found = settings.get("max_force_N", device.get("max_force") if isinstance(device, Mapping) else None)
     try:
