@@ -1,6 +1,6 @@
-"""Opens a recording from a file: a session or a table.
+"""Opens a file that contains a recording: a session file or a table.
 
-If a table has unknown columns, the user names them.
+If the program does not know a table's columns, a dialog asks the user for their meaning.
 """
 
 from collections.abc import Callable
@@ -75,7 +75,7 @@ class RecordingOpener(QObject):
 
 
 class ColumnsDialog(FormDialog):
-    """Asks for the column and the unit of each quantity in an unknown table; a guess is preselected."""
+    """Asks for the column and the unit of each quantity in a table; a guess is preselected."""
 
     def __init__(
         self,

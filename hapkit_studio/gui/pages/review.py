@@ -42,7 +42,8 @@ _PARTS = "My review", "All reviews"
 class ReviewDialog(TextDialog):
     """A dialog to review a handed-in file; it does not change that file.
 
-    ``replay`` supplies the time of a comment. Names are hidden if the lesson requires this.
+    A comment gets the current time of ``replay``. The reviewers' names are hidden if the lesson requires
+    this.
     """
 
     def __init__(

@@ -57,7 +57,7 @@ Known = dict[tuple[Path, float, int], Overview]
 
 
 def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known:
-    """Return each file's overview by path, modification time and size.
+    """Return the files' overviews; the key is a file's path, modification time and size.
 
     Files in ``known`` are not read again.
     """
@@ -172,7 +172,7 @@ class SessionsPage(Page):
         self._reading.start(read)
 
     def ask_open(self) -> None:
-        """Ask for a session in any folder, then list and choose it."""
+        """Ask for a session file in any folder, then add it to the list and select it."""
         choose_file(self, "Open a session", _SESSIONS, self.open_other)
 
     def ask_folder(self) -> None:
@@ -196,7 +196,7 @@ class SessionsPage(Page):
         self.load()
 
     def open_other(self, path: str) -> None:
-        """List and choose a session from any folder."""
+        """Add a session file from any folder to the list, and select it."""
         self._wanted = Path(path)
         self._others = [Path(path), *(other for other in self._others if other != Path(path))][:_MOST_OTHERS]
         self._settings.setValue(_OTHERS, [str(other) for other in self._others])
@@ -204,7 +204,7 @@ class SessionsPage(Page):
         self.load()
 
     def show_session(self, found: Overview | None) -> None:
-        """Show one session's overview; None shows no session."""
+        """Show a session's overview; with None, clear the overview."""
         self.chosen = found
         self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
         self.side.words.setText(_folded(_overview_text(found), "hint", _WIDE) if found else _CHOOSE)
@@ -327,7 +327,7 @@ class SessionsPage(Page):
         choose_file(self, "Save a copy", _SESSIONS, save, save_as=f"{found.name} (copy){SUFFIX}")
 
     def _show_changed(self, changed: tuple[Path, str]) -> None:
-        """Choose a session that was changed, renamed or written, and report the change."""
+        """Select a session that was changed, renamed or written, and report the change."""
         path, words = changed
         self.show_text(words)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
@@ -352,7 +352,7 @@ class SessionsPage(Page):
 
     @property
     def _titles(self) -> Callable[[str], str]:
-        """Return a function that maps an environment's key to its title, or to itself if unknown."""
+        """Return a function that returns an environment's title for its key, and an unknown key unchanged."""
         known = self._studio.environments
         return lambda key: known[key].title if key in known else key
 
@@ -429,7 +429,7 @@ class SessionsPage(Page):
         self.side.column.insertLayout(5, hbox(self.review, None))
 
     def _reveal(self) -> None:
-        """Open the folder of the chosen session, or the default folder."""
+        """Open the folder of the chosen session, or the default folder if no session is chosen."""
         place = self.chosen.path.parent if self.chosen is not None else folder()
         if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(place))):
             self.show_text(f"The sessions are in {place}.")
@@ -470,7 +470,7 @@ def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]
 
 
 def _story(found: Overview) -> list[tuple[str, str]]:
-    """Return times and descriptions of markers and changes of settings, sorted by time."""
+    """Return the time and the description of each marker and each change of settings, sorted by time."""
     happened = sorted((*found.markers, *found.changes))
     more = len(happened) - _MOST_LINES
     lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]

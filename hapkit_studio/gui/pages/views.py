@@ -117,7 +117,10 @@ class Views(QObject):
         self.changed.emit()
 
     def take_focus(self) -> None:
-        """Give the keyboard focus to the scene, where the arrow keys move the hand, or else to the page."""
+        """Give the keyboard focus to the scene, or to the page if the scene is hidden.
+
+        In the scene, the arrow keys move the hand.
+        """
         if self._centre.scene.isVisible():
             self._centre.scene.setFocus()
         elif self._shown is not None:
@@ -173,7 +176,7 @@ class Views(QObject):
         self._place_beside()
         if page is not None:
             page.set_shown(True)
-        if key != LAW and not self._bar.hasFocus():  # otherwise Qt moves the focus to the status bar
+        if key != LAW and not self._bar.hasFocus():  # without this call, Qt moves the focus to the status bar
             self.take_focus()
         self.changed.emit()
 
@@ -187,7 +190,7 @@ class Views(QObject):
             self._bar.setTabToolTip(index, HIDDEN_BY_LESSON if hidden else "")
 
     def _place_beside(self) -> None:
-        """Replace the gallery by a page that belongs beside the shown view, if there is one."""
+        """Show a page in place of the gallery if such a page is open, otherwise show the gallery."""
         beside = (page for page in self._pages.values() if page.beside)
         self._show_beside(next((page for page in beside if page.stays or page is self._shown), None))
 
