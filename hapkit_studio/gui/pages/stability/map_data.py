@@ -37,7 +37,7 @@ class LinesRequest:
     asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
-        """Return the stability margin of the rendered impedance with a hand, as in the scene's verdict."""
+        """Return the rendered impedance's margin for a hand, computed in the same way as for the verdict."""
         if self.asked is not None:
             return self.asked.margin(hand)
         return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
@@ -92,7 +92,7 @@ def _every(setting: LoopSettings, width: float) -> dict[str, np.ndarray]:
 
 @lru_cache(maxsize=8)
 def damping_limits(setting: LoopSettings) -> dict[str, float]:
-    """Return each hand's damping limit in N·s/m without stiffness, with an accuracy of 0.2 %."""
+    """Return each hand's damping limit in N·s/m if no stiffness is rendered; the limits are within 0.2 %."""
     found: dict[str, float] = {}
     for hand in GRIPS if setting.linear else ():
         held, low, high = replace(setting, hand=hand), 0.0, 1.0
@@ -151,7 +151,7 @@ class Results:
         self.all = [*kept, measured]
 
     def prefer(self, setting: LoopSettings, real: bool) -> None:
-        """Show the measurement under these conditions, if there is one, by moving it to the end."""
+        """Move a measurement under these conditions to the end of the list, so that it is shown."""
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
     def outdated(self, setting: LoopSettings, real: bool) -> bool:
@@ -166,7 +166,7 @@ class Results:
 
 
 def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
-    """Return the work of a Job that measures the map's cells, then the boundary by bisection."""
+    """Return the function that a Job runs: it measures the map's cells, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
         begin = time.monotonic()

@@ -164,7 +164,7 @@ class StabilityPage(MeasuringPage):
         return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
     def question(self) -> LinesRequest | None:
-        """Return the request for the current settings; None without a device or its delay."""
+        """Return the request for the current settings; None without a device or a known delay."""
         hand, studio = HANDS[self.hands.index], self._studio
         setting = self.facts.setting("released" if hand == "all" else hand)
         if setting is None or studio.engine is None:
@@ -219,7 +219,7 @@ class StabilityPage(MeasuringPage):
         self.verdict_column.setVisible(event.size().width() >= theme.px(_COLUMN_FROM))
 
     def wait(self) -> None:
-        """Wait for the lines (tests only); the answer arrives with the next events."""
+        """Wait until the lines are computed (tests only); Qt delivers them with the next events."""
         self._worker.wait()
 
     # methods that update the page
@@ -328,7 +328,7 @@ class StabilityPage(MeasuringPage):
 
 
 def _same(one: Map, other: Map) -> bool:
-    """Return whether two maps differ only in the dot."""
+    """Return whether two maps are equal, apart from the position of the dot."""
     parts = ("damping", "exact", "simple", "edge", "top", "setting", "pushes", "points", "cells")
     same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)
     rest = [

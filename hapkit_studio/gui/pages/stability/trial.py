@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-# m: minimum and maximum starting distance of a trial; starting distance if the handle settles after every
-# push
+# m: minimum and maximum starting distance of a trial; starting distance if the handle settles after pushes
+# of every size
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# distance of a trial if a larger push does not settle: the largest push that settles × _TIMES + _MORE (m)
+# If the handle does not settle after every push, the starting distance is the largest push after which it
+# settles, times _TIMES, plus _MORE (m).
 _TIMES, _MORE = 2.0, 0.0005
 
 
@@ -43,7 +44,8 @@ class TrialConditions:
 def starting_distance(does: Behaviour) -> float:
     """Return the distance in m from the rest position at which a trial releases the handle.
 
-    If the handle does not settle after every push, the distance is beyond the largest push that settles.
+    If the handle does not settle after every push, the distance is larger than the largest push after which
+    it settles.
     """
     if does.calm or does.flick:
         return USUAL
@@ -67,7 +69,7 @@ class MapParameters:
     damping: Parameter | None
 
     def values(self, stiffness: float, damping: float) -> dict[str, float]:
-        """Return the parameters' values for a point of the map, on whole steps and within their limits."""
+        """Return the parameters' values for a point of the map, rounded to steps and within their limits."""
         found = {}
         for parameter, value in ((self.stiffness, stiffness), (self.damping, damping)):
             if parameter is not None:
@@ -109,7 +111,8 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
 
 # s: lengths of the first and the last interval after the release; the motions in these intervals are compared
 _BEGIN, _END = 0.2, 0.4
-# a motion within _STEPS sensor steps is rest; a change of the amplitude by the factor _GREW is significant
+# A handle that moves by at most _STEPS sensor steps is at rest. A change of the amplitude by the factor _GREW
+# is significant.
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
@@ -127,7 +130,7 @@ class Released:
 
     @property
     def begin(self) -> float:
-        """Return the largest distance from rest in m soon after the release."""
+        """Return the largest distance from the rest position in m soon after the release."""
         return float(np.abs(self.position[self.time <= self.time[0] + _BEGIN]).max())
 
     @property
@@ -162,7 +165,7 @@ _FARTHEST = 0.045
 class Trial(QObject):
     """Pulls the handle with the simulated hand, then releases it; emits ``changed`` on every change.
 
-    ``holding``: the hand is on the handle. ``said``: the report on the last release.
+    ``holding`` is true while the hand holds the handle. ``said`` is the report on the last release.
     """
 
     changed = Signal()

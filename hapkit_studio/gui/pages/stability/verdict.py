@@ -41,7 +41,7 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
-    """Return the verdict on the dot; ``measured`` is the measurement with the same settings, if any."""
+    """Return the verdict on the dot; ``measured`` is a measurement with the same settings, or None."""
     said = plane.said
     if said is None:
         return Verdict("", "")
@@ -103,7 +103,7 @@ class VerdictColumn(SidePanel):
         self.add(self.conditions)
 
     def show_verdict(self, verdict: Verdict) -> None:
-        """Show the verdict, or say why there is none."""
+        """Show the verdict's texts and sign."""
         for part, text in ((self.heading, verdict.headline), (self.out, verdict.more)):
             part.setText(text)
             part.setVisible(bool(text))
