@@ -113,7 +113,7 @@ class LoopFacts(QObject):
         self.changed.emit()
 
     def _forget(self) -> None:
-        """Discard the previous device's delay. If the new device measures none, use only the added delay."""
+        """Discard the old device's delay. If the new device cannot measure its delay, use the added delay."""
         opened, self._where = self._studio.opened, COMPUTER
         known = opened is not None and not opened.measures_delay
         self.delay = self._studio.loop.delay if known else None

@@ -51,7 +51,7 @@ class ModelLine(QWidget):
         """Show the current model; the line is hidden for real hardware."""
         self.setVisible(modelled)
         needs = environment.needed_at(values)
-        # an environment that was not analysed has no needs, so every term is modelled
+        # ``needs`` is empty for an environment that was not analysed; then every term is modelled
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
@@ -82,9 +82,9 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 
 
 class LoopPanel(QWidget):
-    """Shows the loop's rows, which can be folded into one line; a second fold hides rarely changed rows.
+    """Shows the loop's rows. One button folds them into a line; another button hides rarely changed rows.
 
-    The folds are stored in the settings. ``opened(part)`` is emitted when a part was unfolded.
+    Both states are stored in the settings. ``opened(part)`` is emitted when a part was unfolded.
     """
 
     opened = Signal(QWidget)

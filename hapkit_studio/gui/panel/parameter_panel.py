@@ -21,8 +21,8 @@ from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, hbox, labe
 from hapkit_studio.gui.widgets.text import rich, show_formula
 from hapkit_studio.gui.widgets.theme import theme
 
-_SMALLEST = 14  # px: a title that would need a smaller font is wrapped
-# px: minimum height of title and first parameters; if there is less, the stability map is hidden
+_SMALLEST = 14  # px: smallest font of a title; a longer title is wrapped
+# px: minimum height of title and first parameters; if less height is left, the stability map is hidden
 _UPPER = 200
 # px: size and gap of the card with the whole explanation, which is shown beside the panel
 _CARD_WIDE, _CARD_GAP = 320, 8
@@ -232,7 +232,7 @@ class ParameterPanel(QWidget):
             part.setHidden(on)
 
     def _show_top(self) -> None:
-        """Scroll to the top for another environment; hide the horizontal line if there are no parameters."""
+        """Scroll to the top for a new environment; hide the horizontal line if it has no parameters."""
         self.upper.verticalScrollBar().setValue(0)
         self._rule.setVisible(bool(self.parameters.rows))
 
@@ -244,7 +244,7 @@ class ParameterPanel(QWidget):
         """Lay out immediately: otherwise one frame would show only a part of a verdict that became longer."""
         self.stability.show_map(True)
         upper = self.height() - self._foot.heightForWidth(self.width())
-        if self.two.isHidden():  # reserve this row's height, so that the map stays visible when A is stored
+        if self.two.isHidden():  # reserve the row's height, so that the map stays visible when it appears
             upper -= self.two.sizeHint().height()
         self.stability.show_map(upper >= theme.px(_UPPER))
         for part in (*self.stability.verdict.lines, self.stability.verdict, self.stability, self._foot, self):

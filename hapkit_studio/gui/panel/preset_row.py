@@ -1,4 +1,4 @@
-"""The panel's row for presets: the current preset's name, its differences, and save, restore and import."""
+"""The panel's row for presets, with a menu that saves, restores, compares and imports presets."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -91,7 +91,7 @@ class Presets(QObject):
         return settings
 
     def restore(self) -> None:
-        """Apply the preset chosen last again."""
+        """Restore the settings of the preset that was chosen last."""
         try:
             self._put(*self._chosen[self._studio.environment.key])
         except ParameterError as error:  # the device does not allow these settings any more
@@ -206,7 +206,7 @@ class CompareDialog(FormDialog):
         self.compare()
 
     def compare(self) -> None:
-        """Show the current differences, or the reason why there are none."""
+        """Show the settings that the preset would change; if it changes none, show the reason."""
         found: list[Difference] = []
         words = "No preset is saved yet."
         if self._found:

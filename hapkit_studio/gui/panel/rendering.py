@@ -46,7 +46,10 @@ TIP = (
 
 @dataclass(frozen=True)
 class RendererFacts:
-    """Known facts about computer or board: delay, rate in Hz, processor load, and settings for the limit."""
+    """Facts about computer or board as a renderer; a fact is None while it is unknown.
+
+    ``rate`` is in Hz, ``share`` is the processor load, ``setting`` is for computing the stiffness limit.
+    """
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -67,7 +70,7 @@ class RendererFacts:
 
 
 def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | None]:
-    """Return each setting's exact stiffness limit in N/m at a damping in N·s/m; None if there is no limit."""
+    """Return the exact stiffness limit in N/m of each setting at a damping in N·s/m; a None stays None."""
     from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     settings, damping = question
@@ -273,7 +276,7 @@ class RenderingSwitch(QWidget):
             self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
-        """If the board refuses the current law, search for another option of a choice that it can render."""
+        """If the board refuses the law, search for an option of its choices that the board can render."""
         decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
         if not decision.refusal or offer is None:
             self._finder.forget()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LONG = 2e-3
 """s: a longer delay is explained. This value is two periods at 1 kHz; a good link needs half a period."""
 _HEIGHT, _LEFT = 150, 68.0
-_RING = 9  # px: radius of the warning's ring around the dot
+_RING = 9  # px: radius of the ring that marks the dot as a warning
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
 _REGIONS = (
@@ -146,7 +146,7 @@ def details(answer: CardResult) -> str:
 
 
 def caption(answer: CardResult) -> str:
-    """Return the map's caption: whether the map is valid for a released or a held handle."""
+    """Return the map's caption, which says whether the map is valid for a released or for a held handle."""
     whose = "after you let go" if answer.verdict.worst == RELEASED else "while you hold the handle"
     return f"This map is valid {whose}. Hatched: the handle buzzes."
 
@@ -214,7 +214,7 @@ class StabilityCard(QWidget):
 
     @property
     def _hidden(self) -> str:
-        """Return the reason why the verdict is hidden; "" if it is shown."""
+        """Return the reason why the verdict is hidden; "" if the verdict is shown."""
         permissions = self._studio.permissions
         return permissions.hidden or (HIDDEN_BY_LESSON if "verdict" in permissions.left_out else "")
 
@@ -227,7 +227,7 @@ class StabilityCard(QWidget):
         return CardRequest(asked, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
-        """Request a verdict, or show why there cannot be one."""
+        """Request a verdict, or show the reason why none can be computed."""
         question = self.question()
         if question is not None:
             self._worker.ask(question)
@@ -262,13 +262,13 @@ class StabilityCard(QWidget):
         self._studio.note_ranges(answer.unstable_ranges)
 
     def show_map(self, room: bool) -> None:
-        """Show the map if there is one and enough space for it."""
+        """Show the map if the verdict has one, a lesson does not hide it, and ``room`` is True."""
         self._room = room
         for part in (self.map, self.caption):
             part.setVisible(room and self._mapped and "map" not in self._studio.permissions.left_out)
 
     def wait(self) -> None:
-        """Wait for the worker (tests only); the answer arrives with the next events."""
+        """Wait until the verdict is computed (tests only); Qt delivers it with the next events."""
         self._soon.stop()
         self._worker.wait()
 

@@ -17,7 +17,7 @@ class TwoSettings(QObject):
     """Stores each environment's values, loop and grip as A and B.
 
     ``changed`` is emitted when a stored setting or the active one changes. Switching between A and B
-    is no undo step: Ctrl+Z undoes the last change before the switch.
+    does not create an undo step: Ctrl+Z undoes the last change before the switch.
     """
 
     changed = Signal()
@@ -51,7 +51,7 @@ class TwoSettings(QObject):
 
     @property
     def differences(self) -> list[Difference]:
-        """Return the differences between A and B, if both are stored."""
+        """Return the differences between A and B; the list is empty until both are stored."""
         return differences(self._studio, *self.stored) if len(self.stored) == len(NAMES) else []
 
     @property
@@ -73,7 +73,7 @@ class TwoSettings(QObject):
         )
 
     def step(self) -> None:
-        """Store the current settings as A, and in the next call as B if they differ.
+        """Store the current settings as A; in the next call, store them as B if they differ from A.
 
         Later calls switch between both.
         """
@@ -97,7 +97,7 @@ class TwoSettings(QObject):
 
 
 class TwoSettingsRow(QWidget):
-    """Shows whether A or B is active. It is visible once A is stored; its button does the same as the key."""
+    """Shows whether A or B is active, with a button that switches. The row is visible once A is stored."""
 
     def __init__(self, two: TwoSettings):
         super().__init__()
@@ -144,7 +144,7 @@ class TwoSettingsDialog(FormDialog):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the differences, or which setting is stored next."""
+        """Show the differences between A and B, or which of them is stored next."""
         two = self._two
         self.table.show_differences(two.differences)
         self.begin.setEnabled(two.comparable)

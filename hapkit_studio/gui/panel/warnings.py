@@ -30,7 +30,7 @@ class WarningLine(QWidget):
 
 
 class WarningLines(QWidget):
-    """Shows the environment's warnings; updated when values, loop, device or the handle's speed change."""
+    """Shows the environment's warnings, and updates them when values, loop, device or handle speed change."""
 
     changed = Signal()
 
