@@ -23,7 +23,7 @@ Values = Mapping[str, float]
 
 @dataclass
 class Motion:
-    """The newest telemetry row, in mm, mm/s and N. The fields for texts are updated less often."""
+    """The newest telemetry row in mm, mm/s and N; the values shown as texts are updated less often."""
 
     position: float = 0.0
     velocity: float = 0.0
@@ -149,7 +149,7 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
 
 
 def ring_alone(stage: Stage, x: float) -> None:
-    """Draw the hand's ring at a column."""
+    """Draw the hand's ring at a pixel column."""
     u, y = stage.u, stage.knob_middle
     stage.use(stage.pen("accent", 2.2), "scene")
     stage.p.drawEllipse(QPointF(x, y), RING * u, RING * u)
@@ -233,5 +233,5 @@ def discover() -> dict[str, Scene]:
 
 
 def named(key: str) -> Scene:
-    """Return the scene with a key; if there is none, a scene that shows only the handle."""
+    """Return the scene with a key; for an unknown key, a scene that shows only the handle."""
     return discover().get(key) or Scene()

@@ -1,4 +1,4 @@
-"""Bump and valley: a ball on the visible relief. The felt force may belong to another relief."""
+"""Bump and valley: a ball rolls on the drawn relief. The felt force may belong to another relief."""
 
 import numpy as np
 

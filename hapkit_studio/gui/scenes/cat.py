@@ -32,15 +32,16 @@ COAT: dict[str, tuple[str, str, str]] = {
     "dark": ("#2B1A0C", "#2B1A0C", "#1B0D02"),
     "whisker": ("#8C5321", "#F2E6D6", "#5A2F0B"),
 }
-_PER_MM, _HIGH = 2.5, 78.0  # units of the picture per mm along the rail; height of the cat in units
+_PER_MM, _HIGH = 2.5, 78.0  # units of the SVG picture per mm along the rail; height of the cat in these units
 # pivots of the parts: (position along the rail in mm, height as a fraction of the cat's height)
 _GROUND, _ROOT, _FACE, _EYES = (0.0, 0.0), (34.0, 0.20), (-38.5, 0.62), (-38.5, 0.63)
 _PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
 # length of the tail in units from root to tip; amplitude of its swing in degrees
 _TAIL_LONG, _SWING = 62.0, 14.0
 _BREATH = 0.012  # amplitude of the breath, as a fraction of the body's height
-_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs that are bent by this much are drawn fully bent
-_ASIDE, _AWAY = 1.9, -2.4  # units: shift of the pupils towards the hand, and away from it
+# the cat is at rest between -_CONTENT and _CONTENT; bend in mm at which hairs are drawn fully bent
+_CONTENT, _FULL_BEND = 0.1, 3.0
+_ASIDE, _AWAY = 1.9, -2.4  # shift of the pupils towards the hand, and away from it, in units of the picture
 _FARTHEST = 2.0  # mm: maximum reach of the paw
 _MM = np.arange(-60.0, 60.1, 0.2)
 _FIRST, _LAST = -27.0, 35.0  # mm: positions of the first and the last hair
@@ -102,7 +103,7 @@ class Mood:
 
 
 def read(motion: Motion) -> Mood:
-    """Return the mood in the newest row's state."""
+    """Return the mood that follows from the law's state."""
     state = motion.state
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
@@ -184,7 +185,7 @@ def _outline(*names: str) -> np.ndarray:
 
 @cache
 def _path_of_the_pad() -> np.ndarray:
-    """Return the height (n,) of the pad's path over back and head at the positions _MM, as a fraction."""
+    """Return the height (n,) of the pad above the rail at the positions _MM, relative to the cat's height."""
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(_outline("body", "head"), 10), 21).max(axis=1)
     return np.convolve(np.pad(beside, 10, "edge"), np.full(21, 1.0 / 21.0), "valid")
 
@@ -204,7 +205,7 @@ def _at(stage: Stage, mm: float, share: float) -> QPointF:
 
 
 def _unit(stage: Stage) -> float:
-    """Return px per unit for head, paw and hair; the scene's height or width limits this scale."""
+    """Return the scale of head, paw and hair in px per unit, so that they fit in the scene."""
     return min(stage.band / _HIGH, stage.per_mm / _PER_MM)
 
 

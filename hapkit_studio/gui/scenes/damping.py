@@ -11,7 +11,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
 _WALL = 47.0  # mm: distance of the tank's walls from the centre
-_FAST = 150.0  # mm/s: the wave is largest from this speed on
+_FAST = 150.0  # mm/s: at this speed and above, the wave has its largest height
 _STEP = 4.0  # px: distance between points of the surface near the stem
 
 

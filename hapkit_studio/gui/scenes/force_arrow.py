@@ -12,7 +12,7 @@ LEAST_ARROW = 16.0
 _DECIMALS = 2  # decimals of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 EACH_MS = 100
-_SEEN = 0.02, 0.1  # N, mm: a number with a larger error than this is updated at once
+_SEEN = 0.02, 0.1  # N, mm: a shown number that differs by more than this from the drawing is updated at once
 
 
 def direction(force: float) -> int:
@@ -39,7 +39,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     if motion.hand is not None and apart(stage, motion):
         ring = ring_place(stage, motion.hand)
         if 0.0 < d * (ring - start) < d * (tip - start) - (HEAD + RING) * u:
-            ring_alone(stage, ring)  # draw it again over the arrow's shaft, but not over the head
+            ring_alone(stage, ring)  # draw the hand's ring over the arrow's shaft, but not over its head
     if motion.clamped:
         stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
         tip += d * 7 * u

@@ -17,7 +17,7 @@ _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
 _HEIGHT = 15.0  # px at u = 1: distance from the pad to the ground
 _REACH = 22.0  # px at u = 1: maximum deflection of the bristles, which then lie flat
-_STILL = 2.0  # mm: if the handle has moved less than this in the last frames, the user can read a label
+_STILL = 2.0  # mm: a label is shown if the handle has moved by less than this in the last frames
 
 
 def _row(stage: Stage) -> float:
@@ -44,7 +44,8 @@ def _sticks(values: Values, motion: Motion) -> bool:
 def stretch(values: Values, motion: Motion) -> float:
     """Return the offset in mm from the handle to the point where the bristles touch the ground."""
     slides = motion.state["slides"]
-    if slides and values["model"] in (PROJECTION, TETHER):  # while the brush slides, this point lags behind
+    # while the brush slides, the contact point is behind the handle
+    if slides and values["model"] in (PROJECTION, TETHER):
         return 1e3 * math.copysign(values["kinetic_force"] / values["tether_stiffness"], slides)
     return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.scenes.parts import block, label, mark, ribbon, surface_l
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_SECONDS = 2e-3  # time scale of the drawn ringing: s per mm of the block
+_SECONDS = 2e-3  # time scale of the drawn ringing, in s per mm of the block's length
 _LARGEST = 3.0  # N: a ringing of this amplitude fills the block's height
 _SPEED = 0.1  # m/s: impact speed for the drawing before the first impact
 _SHOWN = 0.25  # s: time during which the arcs of an impact are visible

@@ -1,4 +1,4 @@
-"""Mass–spring–damper: a block at its true position. A fixed post holds it, and the handle pushes it."""
+"""Mass–spring–damper: the handle pushes a block, which a spring and a dashpot connect to a fixed post."""
 
 from PySide6.QtCore import QPointF, QRectF
 
@@ -11,7 +11,7 @@ from hapkit_studio.gui.widgets.theme import number
 
 _POST = 47.0  # mm: position of the post
 _TURNS = 7
-_COIL, _DASHPOT = 0.28, 0.74  # vertical positions on the block, as fractions of its height from its top
+_COIL, _DASHPOT = 0.28, 0.74  # vertical positions on the block: distance from the top / height
 
 
 def _rest(values: Values) -> float:
@@ -24,7 +24,7 @@ def place(values: Values, motion: Motion) -> float:
 
 
 def width(values: Values) -> float:
-    """Return the block's width in mm; it is 15, or less if post and rest position are close."""
+    """Return the block's width: 15 mm, or less if its rest position is close to the post."""
     return min(15.0, max(5.0, 0.5 * (_POST - 8.0 - _rest(values))))
 
 
@@ -76,7 +76,7 @@ def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
 
 
 def labels(stage: Stage, values: Values, motion: Motion) -> None:
-    """Write the mass on the block, or above it if it is narrow."""
+    """Write the mass on the block, or above a narrow block."""
     body = _body(stage, values, motion)
     text = f"{compact(values['mass'], 3)} kg"
     where = f"block at {number(place(values, motion), 1)} mm"

@@ -114,7 +114,7 @@ def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
 
 
 def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
-    """Fill and outline a relief along the rail; ``fine``: the outline is thin."""
+    """Fill and outline a relief along the rail; if ``fine`` is True, the outline is thin."""
     columns = _columns(stage)
     x, rows = stage.width / 2 + columns * stage.per_mm, stage.rail - relief(columns)
     left, right, low = float(x[0]), float(x[-1]), stage.rail
@@ -141,7 +141,7 @@ def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
 def riding(
     relief: Callable[[Stage, Values], Relief], radius: Callable[[Stage, Values], float]
 ) -> tuple[Callable[[Stage, Values, Motion], None], Callable[[Stage, Values, Motion], float]]:
-    """Return ``moving`` and ``tip`` of a scene whose stem ends in a ball with a radius in px."""
+    """Return the functions ``moving`` and ``tip`` of a scene in which the stem's ball rolls on a relief."""
 
     def moving(stage: Stage, values: Values, motion: Motion) -> None:
         stage.use(None, "handle")

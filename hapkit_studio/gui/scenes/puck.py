@@ -1,4 +1,4 @@
-"""Puck: a disc of true size between two walls, with an arrow for its velocity and pale copies."""
+"""Puck: a disc of true size between two walls. An arrow and pale copies show its velocity."""
 
 from PySide6.QtCore import QRectF, Qt
 
@@ -9,7 +9,7 @@ from hapkit_studio.gui.scenes.parts import block
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-# mm: radius of the puck, and distance of the walls from the centre
+# mm: radius of the puck, and distance of each wall from the rail's centre
 RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)
 _LEAST_WIDTH = 2.0  # mm: minimum width of a compressed puck
 _ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # age in steps of _STEP, and opacity, of each pale copy
@@ -63,7 +63,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw copies at earlier positions between walls and handle, computed from the current speed."""
+    """Draw pale copies at the puck's earlier positions, which are computed from its current speed."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS

@@ -1,8 +1,8 @@
 """The geometry of a scene (±50 mm on a rail), and drawing functions for all scenes.
 
-Lengths are in pixels, positions on the rail in mm. ``u`` is the scale of all fixed sizes (1.0 at a height of
-150, 1.32 at 236). ``widest`` is the maximum width of the picture as a multiple of its height; the space
-beside the picture is empty.
+Lengths are in pixels, positions on the rail in mm. ``u`` is the scale of all fixed sizes: it is 1.0 at a
+scene height of 150 px, and 1.32 at 236 px. ``widest`` is the maximum width of the picture as a multiple of
+its height; the space beside the picture is empty.
 """
 
 import math
@@ -18,7 +18,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 T = TypeVar("T")
 Place = tuple[float, float]
 
-HALF_TRAVEL = 50.0  # mm: the rail extends this far on each side of the centre
+HALF_TRAVEL = 50.0  # mm: length of the rail on each side of the centre
 _BESIDE = 4.0  # px: minimum distance between labels
 _FAR = 1000.0  # mm: positions are clipped to this value, which is outside the picture
 _CORNER = 8.0  # px: corner radius of a card
@@ -48,7 +48,7 @@ class Stage:
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Start a frame with this painter; at first, only the areas of the fixed parts are occupied."""
+        """Start a frame with this painter; mark only the areas of the fixed parts as occupied."""
         self.p = painter
         self.occupied, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -112,7 +112,7 @@ class Stage:
         self.p.drawPath(path)
 
     def hatch(self, path: QPainterPath, token: str = "mat") -> None:
-        """Fill a path with a hatched colour, which marks parts fixed to the world."""
+        """Fill a path with a hatched colour, which marks parts that do not move."""
         self.p.fillPath(path, theme.color(token))
         self.p.fillPath(path, QBrush(theme.color("mat2"), Qt.BrushStyle.BDiagPattern))
 

@@ -14,10 +14,10 @@ from hapkit_studio.gui.widgets.theme import theme
 
 # fractions of the picture's height above the rail: level of the ground, largest height above the ground
 _LEVEL, _ROOM = 0.40, 0.22
-_RIDGE = 6.5  # px at u = 1: half the height of a ridge for 0.25 N and λ = 5 mm
+_RIDGE = 6.5  # px at u = 1: half the height of a ridge with a force of 0.25 N and λ = 5 mm
 _CLOSE = 10.0  # px: ridges with a smaller spacing have a thin outline
 _FINEST = 3.5  # px: ridges or bands with a smaller spacing are drawn as one strip
-_WIDE = 14.0  # px at u = 1: the mark spans one λ if it is wider than this, otherwise ten λ
+_WIDE = 14.0  # px at u = 1: the mark spans one λ if one λ is wider than this, otherwise ten λ
 _LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball
 
 
@@ -57,7 +57,7 @@ def _relief(stage: Stage, values: Values) -> Relief:
 
 
 def _grains(places: np.ndarray, seed: int) -> np.ndarray:
-    """Return heights (n,) from −1 to 1 at positions (n,) in grains; the heights' slope gives the force."""
+    """Return sandpaper heights (n,) from −1 to 1 at positions (n,) in grains; their slope gives the force."""
     first = math.floor(float(places.min()))
     heights = np.array([grain(n, seed) for n in range(first, math.ceil(float(places.max())) + 2)])
     n = np.floor(places).astype(int) - first

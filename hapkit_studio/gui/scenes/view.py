@@ -26,7 +26,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 
 REACH = 0.06  # m: maximum distance of the simulated hand from the centre
 COARSE, FINE = 1e-3, 1e-4  # m: the hand's step for one press of an arrow key, without and with Shift
-FARTHEST, STRONGEST = 1.0, 1e3  # m, N: maximum position and force in the drawing; larger values are clipped
+FARTHEST, STRONGEST = 1.0, 1e3  # m, N: maximum position and force in the drawing; both are clipped
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
 _BY_KEYBOARD = (
@@ -45,7 +45,7 @@ def _within(value: float, most: float) -> float:
 
 
 class SceneView(QWidget):
-    """Paints one environment at the measured position; the pointer or the arrow keys move the hand.
+    """Paints one environment with the handle at its measured position; pointer or arrow keys move the hand.
 
     Pressing the mouse button grabs the handle, and releasing the button releases the handle. An arrow key
     grabs the handle at its current position and holds it, so that fine steps add up, until the user presses ↓
@@ -306,7 +306,7 @@ class SceneView(QWidget):
         self.update()
 
     def release(self) -> None:
-        """Release the handle; a mouse button that is still pressed does not move it any more."""
+        """Release the handle; dragging with a button that is still pressed has no further effect."""
         if self._dragging:
             self._dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)

@@ -22,7 +22,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the block from its face to the end of the rail; the handle pushes the face."""
+    """Draw the block from its face to the end of the rail; the handle moves the face if it is in the wall."""
     side = _side(values)
     surface, inside = stage.x(1e3 * values["position"]), depth(values, motion.position) > 0
     face = stage.x(motion.position) + side * 2.2 * stage.u if inside else surface
