@@ -16,10 +16,11 @@ Window = TypeVar("Window", bound=QWidget)
 class Action(Generic[Window]):
     """A command of the window: an entry of a menu and of the command palette, and its shortcut.
 
-    ``key`` has the form "menu.action". ``checked`` returns whether the entry has a check mark. ``filtered``:
-    the window's event filter handles the shortcut. ``extra`` are further shortcuts. ``current_text`` returns
-    the entry's text if the text can change. ``exclusive``: exactly one entry of the submenu is checked.
-    ``rule``: a separator precedes the entry. ``on_plots``: the entry is also in the plots' context menu.
+    ``key`` has the form "menu.action". ``checked`` returns whether the entry has a check mark. ``extra`` are
+    further shortcuts. ``current_text`` returns the entry's text if the text can change. The other fields are
+    true in these cases: ``filtered`` if the window's event filter handles the shortcut, ``exclusive`` if
+    exactly one entry of the submenu is checked, ``rule`` if a separator precedes the entry, ``on_plots`` if
+    the entry is also in the plots' context menu.
     """
 
     key: str

@@ -253,7 +253,7 @@ _EDIT = (
 
 
 def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
-    """Return an action that changes the projector's value number ``place`` by ``steps``."""
+    """Return an action that changes a value of the projector view by ``steps``; ``place`` is its index."""
     return Action(
         f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
         enabled=lambda w: w.projector.on, extra=extra, submenu="Projector values",

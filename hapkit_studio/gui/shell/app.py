@@ -38,7 +38,7 @@ takes 0.09 s with this interval, but 0.7 s with Python's default of 5 ms."""
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
     """Open the window and return the exit code; see ``window_parser`` for the options in ``argv``.
 
-    ``preparing`` is the program that compiles the loop, if one was started before Qt was imported.
+    ``preparing`` is a program that was started before Qt was imported and compiles the loop, or None.
     """
     options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
@@ -121,7 +121,7 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
     if lab.settings().mistake:
-        _open_device(window, options.device)  # fails at once, which shows the mistake
+        _open_device(window, options.device)  # opening the device fails, and a banner shows the mistake
         return
     key = window.studio.environment.key
     prepare_all(window, key, preparing, lambda: _open_device(window, options.device))

@@ -57,7 +57,7 @@ class ExportDialog(FormDialog):
         self.show_limit()
 
     def show_limit(self) -> None:
-        """Show the stiffness limit of the sketch on its kit, and remarks on lines of the law that drift."""
+        """Show the sketch's stiffness limit on its kit, and remarks on drift in single precision."""
         words, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
         words = " ".join(["The sketch is not saved yet.", *filter(None, [words]), *remarks])
@@ -72,7 +72,7 @@ class ExportDialog(FormDialog):
         return on_board.sketch_text(found, rate), found.calm
 
     def text(self) -> str:
-        """Return the sketch's text; raise ParameterError or LawError if there can be no sketch."""
+        """Return the sketch's text; raise ParameterError or LawError if the sketch cannot be made."""
         studio = self._studio
         return sketch.text(
             studio.environment,

@@ -13,7 +13,7 @@ from hapkit_studio.laws import reference
 
 @dataclass(frozen=True)
 class HelpPage:
-    """A page's title, and a function that returns its Markdown with the title as its first heading."""
+    """The title of a help page, and a function that returns the page's Markdown text, including the title."""
 
     title: str
     text: Callable[[], str]

@@ -22,7 +22,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
 RELEASED = "released"
-# s: period (six taps or two strokes) with which the hand repeats its movement, so that the plots show it
+# s: period of the hand's movement: six taps or two strokes, which fit in the plots
 AGAIN_SECONDS = 4.8
 
 

@@ -83,7 +83,7 @@ class RecordingDisplay(QObject):
         self.show_state()
 
     def show_message(self, words: str) -> None:
-        """Show in the status bar, for MESSAGE_MS, a message that an action is complete."""
+        """Show a message about a completed action in the status bar for MESSAGE_MS."""
         self._message = words
         self._quiet.start()
         self._banners.set("recording", None)

@@ -1,8 +1,8 @@
 """Finds the messages of the window in the program's source: texts that a student sees only after an event.
 
-A message is a literal of two or more words that begins with a capital letter or with a value (an error in a
-law may begin with any letter, as Python's do). Values are in braces, by name: ``{1000.0 * found.travel}``
-becomes ``{travel}``, and a constant becomes its value. Tags are removed.
+A message is a literal of two or more words that begins with a capital letter or with a value (an error
+message about a law may begin with any letter, like Python's own messages). Values are in braces, by name:
+``{1000.0 * found.travel}`` becomes ``{travel}``, and a constant becomes its value. Tags are removed.
 
 Left out are texts that are not shown in the window: docstrings, assertions, programming errors, log entries,
 annotations, objects' names, patterns, SQL, shell commands, code of laws and sketches, and modules that only
@@ -74,7 +74,8 @@ _LAWS = ("laws/mistakes", "laws/subset", "laws/translate", "workshop/reading", "
 _LAW_ERROR = re.compile(
     r"\b(is|are|has|must|cannot|needs|takes|returns|goes|belongs|assigns|counts|write|use)\b"
 )
-_AXIS = re.compile(r"^[^\W\d][^.:;{}]*, (?:\w{1,3}|\S*[/·%°µ]\S*|counts?|JND)$")  # "vibration, Hz"
+# an axis title such as "vibration, Hz"
+_AXIS = re.compile(r"^[^\W\d][^.:;{}]*, (?:\w{1,3}|\S*[/·%°µ]\S*|counts?|JND)$")
 _WORD = re.compile(r"[^\W\d_]{2,}")
 # code, style sheets, patterns, SQL, shell commands, file filters, and pieces of texts
 _NO_MESSAGE = re.compile(
@@ -132,7 +133,7 @@ def is_message(words: str, *, law: bool = False) -> bool:
 
 
 def _silent(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes inside this one that are not shown: parts of an f-string, docstrings, patterns."""
+    """Yield the inner nodes whose texts are not shown: parts of an f-string, docstrings, patterns."""
     match node:
         case ast.JoinedStr():
             yield from (part for value in node.values for part in ast.walk(value))
@@ -168,7 +169,7 @@ def _text(node: ast.AST, values: ModuleType) -> str:
 
 
 def _value(part: ast.FormattedValue, values: ModuleType) -> str:
-    """Return a constant's value, one of two literals, or the name of the value in braces."""
+    """Return a constant's value, the longer of two alternative literals, or the value's name in braces."""
     match part.value:
         case ast.Name(id=name) if name.isupper() and hasattr(values, name):
             spec = _text(part.format_spec, values) if part.format_spec else ""

@@ -168,8 +168,8 @@ class StatusBar(QWidget):
     ) -> None:
         """Show the loop's health.
 
-        ``nominal`` is the nominal rate in Hz, which is the board's own rate if ``on_board``. ``compute`` is
-        the time in s that the newest tick needed for its computation.
+        ``nominal`` is the nominal rate in Hz; if ``on_board`` is True, it is the board's own rate.
+        ``compute`` is the time in s that the newest tick needed for its computation.
         """
         us = health.lateness_us
         self.rate.show_text(rate_text(health.rate, nominal, on_board), "", "ink")
@@ -226,7 +226,7 @@ class StatusBar(QWidget):
     def show_energy(self, words: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
         """Show a message about excess energy; "" removes it.
 
-        ``remedy``: offer to switch the controller on.
+        If ``remedy`` is True, a link offers to switch the passivity controller on.
         """
         self.energy.show_text(words, "triangle" if token == "warn" else "circle", token)
         self.energy.setToolTip(tip)
@@ -237,7 +237,7 @@ class StatusBar(QWidget):
     def show_record(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
         """Show the state of the recording, or the length of the stored samples.
 
-        ``written``: a session was written, so the field offers to show the sessions.
+        If ``written`` is True, a session was written, and a link offers to show the sessions.
         """
         self.record.show_text(words, sign, token)
         self.record.link.setVisible(written)

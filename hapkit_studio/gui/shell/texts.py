@@ -11,7 +11,7 @@ Left out are:
   texts without a word;
 * texts that differ from an earlier one only in their numbers;
 * tooltips that repeat a label, and accessible names that only join visible texts and values;
-* what depends on the student's own work: names of files, and what Undo would change.
+* texts that depend on the student's own work: names of files, and the change that Undo would undo.
 """
 
 import re
@@ -50,8 +50,8 @@ from hapkit_studio.gui.widgets import style
 TOOLTIP, NAME = "tooltip", "name for a screen reader"
 _ROWS = 100  # maximum number of rows that are read from a table
 
-# Where the texts of a module are shown, in words that a student knows. The longest matching beginning
-# applies; "" means: at the place of the widget's parent.
+# Maps the beginning of a module's path to the place where its texts are shown, in words that a student knows.
+# The longest matching beginning applies; "" means the place of the widget's parent.
 _PLACES = {
     "analysis": "experiments and results",
     "analysis/accuracy": "Speed and accuracy view",
@@ -142,7 +142,7 @@ _OWN = re.compile(r"^Undo .+ → |^[/~]\S+$|^[A-Z]:\\|\.(?:toml|hks|py|ino|csv)$
 
 
 class Text(NamedTuple):
-    """A text, where it is shown (with the kind of widget), and the source of it."""
+    """A text, the place in the window that shows it (with the kind of widget), and its source module."""
 
     place: str
     words: str
@@ -225,7 +225,8 @@ def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
 def of_widgets(top: QWidget, place: str, *, fixed: bool = False) -> Iterator[Text]:
     """Yield the texts of a widget and its children, including hidden ones.
 
-    The place is that of the module that made the widget; ``place`` if this is unknown or ``fixed`` is true.
+    The place of a text follows from its widget's module. If this place is unknown or ``fixed`` is True, it is
+    ``place``.
     """
     for widget in (top, *top.findChildren(QWidget)):
         where = place if fixed else _place_of(widget) or place
@@ -292,7 +293,7 @@ def _messages() -> Iterator[Text]:
 
 
 def _place_of(widget: QWidget) -> str:
-    """Return the place of the nearest parent whose module has a place; "" if none has one."""
+    """Return the place of a widget's module or of its nearest parent's module; "" if no place is known."""
     parent: QWidget | None = widget
     while parent is not None:
         if place := _place(_module(type(parent))):
@@ -308,12 +309,12 @@ def _module(of: object) -> str:
 
 @cache
 def _places() -> dict[str, str]:
-    """Return _PLACES, and the titles of the views that are not in it."""
+    """Return the places by module: the titles of the views, and _PLACES, which takes precedence."""
     return {_module(view.build): f"{view.title} view" for view in pages.discover().values()} | _PLACES
 
 
 def _place(module: str) -> str:
-    """Return the place of a module's texts in words of a student; "" if it has no place of its own."""
+    """Return the place of a module's texts in words that a student knows; "" if the module has no place."""
     begins = max((start for start in _places() if module.startswith(start)), key=len, default="")
     return _places().get(begins, "")
 

@@ -116,7 +116,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle("Hapkit Studio")
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
-        studio.setParent(self)  # the window becomes its parent, so that its connections end with the window
+        studio.setParent(self)  # the studio's connections must end with the window
         Collector(self)
         self.settings = settings or StoredSettings()
         studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))

@@ -58,7 +58,10 @@ class WindowLayout(QWidget):
         self.share()
 
     def show_side(self, side: QWidget | None, fixed: bool = False) -> None:
-        """Show a page's side panel, or the parameter panel (None). ``fixed``: the user cannot hide it."""
+        """Show a page's side panel, or the parameter panel if ``side`` is None.
+
+        If ``fixed`` is True, the user cannot hide it.
+        """
         self.side_fixed = fixed
         shown = side or self._panel
         if self.side.indexOf(shown) < 0:

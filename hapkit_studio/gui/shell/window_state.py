@@ -45,7 +45,7 @@ class WindowState:
         settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
 
     def restore(self) -> None:
-        """Restore all valid stored settings, including locked ones; a motor then waits for *Render*."""
+        """Restore all valid stored settings, including locked ones; then a motor stays off until *Render*."""
         with self._studio.temporarily():
             self._restore()
 
