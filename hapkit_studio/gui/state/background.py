@@ -29,8 +29,8 @@ class Job(QObject):
 
     ``work(progress)`` returns the result. It must call ``progress(done, of)`` often; this call raises once
     the job is cancelled. ``needs`` is the part of the program (see ``prepare``) that must be compiled before
-    the job, or "". ``preparing`` is emitted while this part is being compiled. ``must_finish``: ``end`` waits
-    for the job and does not cancel it, because an incomplete file is useless.
+    the job, or "". ``preparing`` is emitted while this part is being compiled. If ``must_finish`` is True,
+    ``end`` waits for the job and does not cancel it, because an incomplete file is useless.
     """
 
     preparing = Signal()
@@ -73,7 +73,7 @@ class Job(QObject):
         if not self._must_finish:
             self.cancel()
         self._worker.shutdown()
-        self._worker = Worker("measuring")  # a closed page may be opened again
+        self._worker = Worker("measuring")  # for the next job, because a closed page may be opened again
 
     def _check(self, token: object) -> None:
         """Raise Cancelled unless the job with this token is wanted."""
@@ -104,7 +104,7 @@ class Job(QObject):
             self._done.emit(token, None, f"An error occurred: {error}")
 
     def _prepare(self, token: object) -> None:
-        """Wait until a separate program has compiled the needed part: a thread would freeze the window."""
+        """Wait until another program has compiled the needed part; compiling here would freeze the window."""
         program = prepare.begin(self._needs) if self._needs else None
         if program is None:
             return
@@ -180,7 +180,7 @@ class LatestResult(QObject):
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
             self._waiting.stop()
-            if not isinstance(job.exception(), StudioError):  # a law that is too slow gets no answer
+            if not isinstance(job.exception(), StudioError):  # no answer if the law is too slow
                 self.answered.emit(job.result())
 
 

@@ -26,7 +26,7 @@ TRIES = 3
 class LinkStatus:
     """State of the connection: preparing, connecting, running, idle, gone or failed.
 
-    ``step`` and ``command`` are the next step and the command line of a DeviceError.
+    ``step`` and ``command`` are the next step and the command line that a DeviceError suggests.
     """
 
     state: str
@@ -45,7 +45,7 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
 
 
 class DeviceLink(QObject):
-    """Keeps the current device open and reconnects it after a loss; ``engine`` is None meanwhile.
+    """Keeps the current device open and reconnects it after a loss; without a device, ``engine`` is None.
 
     Engines are opened and closed in a thread, and only the newest request is served. ``before_start(engine)``
     runs in that thread, ``configure(engine)`` in the window's thread after the start.

@@ -68,7 +68,7 @@ def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
     """Return the environment with the scene that it names; if this scene does not fit, with the handle only.
 
     A scene reads parameters and state by name. The environment must therefore have the same state names, and
-    its limits must lie within those for which the scene was drawn.
+    the limits of its parameters must lie within those for which the scene was drawn.
     """
     theirs = built_in().get(environment.scene)
     if theirs is None:
@@ -153,7 +153,7 @@ class OwnEnvironments(QObject):
         return next((path for path, e in self._loaded.items() if e.key == key), None)
 
     def loaded(self, path: Path) -> OwnEnvironment | None:
-        """Return the environment loaded last from a file; None if there is none."""
+        """Return the environment that was loaded last from a file; None if the file was not loaded."""
         return self._loaded.get(path)
 
     @property
@@ -164,7 +164,7 @@ class OwnEnvironments(QObject):
     # selecting
 
     def choose(self, path: Path) -> None:
-        """Select a file's environment, if necessary after a trial; an untrusted file emits ``asked``."""
+        """Select a file's environment, if necessary after a trial; for an untrusted file, emit ``asked``."""
         try:
             source = read(path)
         except LawError as error:
@@ -259,7 +259,7 @@ class OwnEnvironments(QObject):
         QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # publish after the next frame
 
     def _key_owner(self, key: str, path: Path) -> str:
-        """Return the other file or environment that uses a key; "" if there is none."""
+        """Return the name of another file or environment that uses a key; "" if the key is free."""
         if key not in self._studio.environments:
             return ""
         owner = self.path_of(key)
@@ -284,7 +284,7 @@ class OwnEnvironments(QObject):
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return a value that changes with a file's content; () if there is no file."""
+    """Return a value that changes with a file's content; () if the file does not exist."""
     try:
         found = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""Determines which settings may be changed: the instructor's lock, hidden values, and temporary changes."""
+"""Determines which settings may be changed. A lock, a lesson or hidden values can prevent a change."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager

@@ -58,7 +58,7 @@ def possible() -> bool:
 def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
     """Start a program that compiles a part; return None if this was done before or is not possible.
 
-    ``key`` is the loop's first environment. ``gently``: the program runs at low priority.
+    ``key`` is the loop's first environment. If ``gently`` is True, the program runs at low priority.
     """
     if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
         return None
@@ -169,7 +169,7 @@ def compile_verdict(*_keys: str) -> None:
 
 
 def compile_boards(*_keys: str) -> None:
-    """Compile the loop of a serial port: call it with a closed port and with the quit flag set."""
+    """Compile the loop of a serial port by calling it with a closed port and a set quit flag."""
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
     r = arrays.new_arrays(block.new_block())

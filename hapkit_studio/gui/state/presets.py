@@ -158,5 +158,5 @@ def _key(name: str) -> str:
 
 
 def _toml(value: str | bool | float) -> str:
-    """Format a value for TOML, in which strings and booleans are as in JSON."""
+    """Format a value for TOML, in which strings and booleans are written as in JSON."""
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(float(value))

@@ -1,4 +1,4 @@
-"""Recording: one recorder follows the current device."""
+"""The recording of the current device's data; the same recorder is used for every device."""
 
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""The E-stop, and a motor that waits until the user presses *Render*."""
+"""The state of the E-stop, and of a motor that stays off until the user presses *Render*."""
 
 from typing import TYPE_CHECKING
 
@@ -46,7 +46,7 @@ class StopState(QObject):
 
     @property
     def waiting(self) -> bool:
-        """Return whether a motor waits for *Render*."""
+        """Return whether a motor stays off until the user presses *Render*."""
         return self.stopped and self._engine is not None and self.waits(self._engine)
 
     def wait_for_render(self) -> None:
@@ -56,7 +56,7 @@ class StopState(QObject):
             self.stop()
 
     def waits(self, engine: "Engine") -> bool:
-        """Return whether an engine's motor must wait for *Render*."""
+        """Return whether an engine's motor must stay off until the user presses *Render*."""
         return self.restored and engine.device.motor
 
     def stop_if_needed(self, engine: "Engine") -> None:

@@ -69,7 +69,7 @@ class StoredSettings(QSettings):
         return self.read(name, False, check)
 
     def new_notice(self) -> str:
-        """Return a line about all rejected settings; "" if there are none or this line was shown before."""
+        """Return a line about all rejected settings; "" without any, or if this line was shown before."""
         reasons = list(self.rejected.values())
         words = (
             reasons[0]
@@ -86,7 +86,7 @@ class StoredSettings(QSettings):
 
 
 def _one_of(value: object, name: str, options: Collection[T]) -> T:
-    """Return the option that equals a value or its text; raise FileError if there is none."""
+    """Return the option that a stored value or text represents; raise FileError if no option matches."""
     for option in options:
         if (type(value) is type(option) and value == option) or value == str(option).lower():
             return option

@@ -279,7 +279,7 @@ class Studio(QObject):
 
     @property
     def waits_for_render(self) -> bool:
-        """Return whether a motor waits for *Render*."""
+        """Return whether a motor stays off until the user presses *Render*."""
         return self.stop_state.waiting
 
     @property
@@ -288,7 +288,7 @@ class Studio(QObject):
         return self.engine.fault if self.engine is not None else None
 
     def clear_fault(self) -> None:
-        """Unlatch the fault; the force fades in again."""
+        """Clear the latched fault; the force fades in again."""
         if self.engine is not None:
             self.engine.clear_fault()
 
