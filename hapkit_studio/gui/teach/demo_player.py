@@ -94,7 +94,7 @@ class DemoPlayer(QObject):
             self._studio.move_hand(None)
         person_set = differing(self._studio, self._ours)
         back = {place: value for place, value in self._before.items() if place not in person_set}
-        with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be missing
+        with self._studio.temporarily(), suppress(ParameterError):  # a deleted file may be needed
             put(self._studio, differing(self._studio, back))
         self.changed.emit()
 

@@ -70,7 +70,7 @@ class Experiment(QObject):
             self.page.finish()
 
     def _start(self, page: Any, scene: bool = False) -> None:
-        """Begin with a page, below the scene if ``scene`` is true, unless its settings are locked."""
+        """Start a page's experiment, unless settings are locked; with ``scene``, keep the scene visible."""
         try:
             page.begin()
         except ParameterError as error:

@@ -75,7 +75,7 @@ class PointingDialog(FormDialog):
 
 
 class PointingPage(Page):
-    """Guides the user through the trials below the scene.
+    """The page below the scene; it guides the user through the trials.
 
     ``ended`` is emitted when the values are no longer hidden.
     """
@@ -197,7 +197,7 @@ class PointingExperiment(Experiment):
         dialog.show()
 
     def begin(self, targets: list[pointing.Target]) -> None:
-        """Start with these targets as soon as the environment *Friction* is active."""
+        """Start the experiment with these targets as soon as the environment *Friction* is active."""
         if not self.possible:
             return
         self._targets = list(targets)

@@ -60,7 +60,7 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
 
 
 def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
-    """Return the first drawn value with the verdict "calm"; None if no drawn value has it."""
+    """Return the first drawn value with the verdict "calm"; None if no value gets this verdict."""
     from hapkit_studio.analysis.stability.verdict import verdict  # imported late to keep start-up fast
 
     for done, value in enumerate(drawn):
@@ -167,7 +167,7 @@ class Quiz(QObject):
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return the parameter that the quiz can ask for now; None if there is none, or if it is locked."""
+        """Return the parameter that the quiz can ask for now; None if none is suitable or it is locked."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.temporary or card.verdict_input() is None:
