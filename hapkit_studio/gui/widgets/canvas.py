@@ -13,7 +13,7 @@ from hapkit_studio.formatting import tick_labels
 from hapkit_studio.gui.widgets.text import paint_text
 from hapkit_studio.gui.widgets.theme import theme
 
-# fractions of the range: distance from the frame below which data extend the range; margin of the new range
+# Fractions of an axis's range. If the data come closer to the frame than _EDGE, the range grows by _MARGIN.
 _EDGE, _MARGIN = 0.04, 0.12
 _LOOSE = 1.15  # an axis is fitted to this multiple of the data's range
 _OVERHANG = 40  # px: a label may extend beyond the frame by this much
@@ -73,7 +73,7 @@ def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, fl
 
 
 class Axis(pg.AxisItem):
-    """An axis with tick labels only: at most five, with a true minus sign; the last one may have the unit."""
+    """An axis with at most five tick labels, which have a true minus sign; the last may include the unit."""
 
     def __init__(self, orientation: str, unit: str = ""):
         super().__init__(orientation, maxTickLength=0)
@@ -100,7 +100,7 @@ class Axis(pg.AxisItem):
         self.setCacheMode(mode)
 
     def generateDrawSpecs(self, p):
-        """Omit the tick lines, because there is a grid.
+        """Omit the tick lines, because the plot has a grid.
 
         Shift labels at the edge so that they are complete.
         """

@@ -20,7 +20,7 @@ def names() -> tuple[str, ...]:
 
 
 def svg(name: str, token: str) -> str:
-    """Return an icon's SVG text in a token's colour; raise FileNotFoundError if there is no such icon."""
+    """Return an icon's SVG text in a token's colour; raise FileNotFoundError for an unknown name."""
     return _source(name).replace("currentColor", theme.color(token).name())
 
 

@@ -53,7 +53,7 @@ class PageDialog(TextDialog):
             block = block.next()
 
     def find_first(self, word: str) -> None:
-        """Select the first occurrence of a word if there is one."""
+        """Select the first occurrence of a word, if the page contains this word."""
         self.page.moveCursor(QTextCursor.MoveOperation.Start)
         self.page.find(word)
 

@@ -296,7 +296,7 @@ def choose_file(
 ) -> QFileDialog:
     """Open a non-modal file dialog.
 
-    ``save_as`` is the proposed name of a file to be saved. ``folder``: the user chooses a folder.
+    ``save_as`` is the proposed name of a file to be saved. If ``folder`` is True, the user chooses a folder.
     """
     dialog = QFileDialog(parent, title, QDir.homePath(), kinds)
     modes = QFileDialog.FileMode

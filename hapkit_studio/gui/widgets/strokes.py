@@ -13,7 +13,7 @@ _FINE = 1.4  # square joints are visible at this device pixel ratio and above
 # px²: a turn is visible if the product of its rise and fall exceeds this; a line is noise if the fraction of
 # such turns exceeds the second number
 _TREMOR, _NOISY = 0.25, 0.2
-_LONG = 5.0  # px: noise whose points are farther apart than this fills an area
+_LONG = 5.0  # px: noise with a larger mean vertical step is painted without antialiasing
 _DENSE = 2.5  # a patterned line is solid if its length exceeds this multiple of its horizontal extent
 _ARROWS_APART = 12.0  # px: minimum distance between arrow heads
 _HEAD = 8.0  # px: length of an arrow head
@@ -87,7 +87,7 @@ def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarr
 def dashed(
     x: np.ndarray, y: np.ndarray, on: float = ON, period: float = PERIOD, lead: float = 0.0
 ) -> np.ndarray:
-    """Return the dashes (n, 4) along a line; by default 5 px are on and 3.5 px off.
+    """Return the dashes (n, 4) along a line; by default a dash has 5 px and a gap has 3.5 px.
 
     The first dash starts after ``lead`` px. The pattern restarts after each NaN.
     """

@@ -1,4 +1,4 @@
-"""A table of results. A click on a heading sorts its rows, and Ctrl+C copies it."""
+"""A table of results: a click on a heading sorts the rows, and Ctrl+C copies the table."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -109,9 +109,10 @@ class Rows(QAbstractTableModel):
 class Table(QTableView):
     """A table whose rows can be selected.
 
-    ``chosen`` is emitted with the selected row, or with None when a second click deselects it. ``cells``: the
-    user selects cells instead of rows (``cell_chosen`` is emitted with row and column), and the table fills
-    the available height. ``scrolls``: each row has one line, and the table fills the available height.
+    ``chosen`` is emitted with the selected row, or with None when a second click deselects it. If ``cells``
+    is True, the user selects cells instead of rows (``cell_chosen`` is emitted with row and column), and the
+    table fills the available height. If ``scrolls`` is True, each row has one line, and the table fills the
+    available height.
     """
 
     chosen = Signal(object)

@@ -9,9 +9,9 @@ from hapkit_studio.gui.widgets import icons
 
 
 class Tabs(QTabBar):
-    """A row of tabs. Its last tabs move to a menu, except the first, the current and the ``pinned`` tab.
+    """A row of tabs. If the row is too short, its last tabs move to a menu.
 
-    ``pinned`` is the data of a tab that always stays visible.
+    The first tab, the current tab and the tab with the data ``pinned`` always stay visible.
     """
 
     _fitting = True  # True until the construction is complete

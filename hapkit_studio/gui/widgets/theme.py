@@ -31,7 +31,8 @@ ROLES = {
 class Theme(QObject):
     """The current mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after the theme has changed.
 
-    ``scale`` is the size factor. ``frame`` is the width of thin lines in px. ``grid``: plots show a grid.
+    ``scale`` is the size factor. ``frame`` is the width of thin lines in px. ``grid`` is True if plots show a
+    grid.
     """
 
     changed = Signal()
@@ -143,7 +144,7 @@ class Theme(QObject):
         return palette
 
     def font(self, role: str) -> QFont:
-        """Return the font of a role in ROLES; it has tabular figures if they are available."""
+        """Return the font of a role in ROLES, with digits of equal width if the font has them."""
         if role not in self._fonts:
             pixels, weight = ROLES[role]
             font = QFont(_family())
