@@ -1,4 +1,4 @@
-"""A dialog that owns the board. It has an E-stop, and Esc stops the motor."""
+"""A dialog that uses the board in place of the loop. It has an E-stop, and Esc stops the motor."""
 
 import math
 from dataclasses import dataclass
