@@ -106,9 +106,9 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
 # --- methods
 
 METHODS_KEY = (
-    "Methods on the left need less computing time; lower ones are more accurate. Each line is a method, and "
-    "each marker a step size. The number at a line is the order of the method: at 2.00, half the step gives "
-    "a quarter of the error. "
+    "Methods on the left need less computing time; methods further down are more accurate. Each line is a "
+    "method, and each marker a step size. The number at a line is the order of the method: at 2.00, half the "
+    "step gives a quarter of the error. "
     "Filled markers: a step of 1 ms, as in the loop. Grey line: the least error at each computing time."
 )
 STEP = 1e-3  # s: period of the loop

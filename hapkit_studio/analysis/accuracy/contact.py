@@ -76,7 +76,7 @@ CONDITIONS = (
 PLAN = Plan(
     "contact",
     "Contact",
-    "Which way of computing a contact keeps its energy, and at what cost?",
+    "Which way of computing a contact keeps the energy constant, and at what cost?",
     LABELS,
     tuple(
         Scene(key, title, error, 0.02, FELT, "", CONDITIONS)

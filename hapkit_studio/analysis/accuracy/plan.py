@@ -21,7 +21,7 @@ from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
 # the reason for a tolerance of 2 %
-FELT = "A third of 6 %, the smallest change of force that people can feel"
+FELT = "A third of the smallest change of force that people can feel (6 %)"
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 # fractions of the true value; for an error in m/s, 0.1 stands for the scene's own tolerance

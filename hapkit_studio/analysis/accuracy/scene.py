@@ -339,8 +339,8 @@ class SceneResult:
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
         limit, error = limit_text(best.limit), jnd(best.error)
         if best.error < 1.0:
-            return f"{where}: the scene feels like the ideal scene, {limit}."
-        return f"{where}: the scene differs by {error} from the ideal scene, {limit}."
+            return f"{where}: the scene feels like the ideal scene. Stiffness: {limit}."
+        return f"{where}: the scene differs by {error} from the ideal scene. Stiffness: {limit}."
 
     def reason(self, place: str) -> str:
         """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""
@@ -350,7 +350,8 @@ class SceneResult:
         wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
         if not (self.is_stable_enough(best) or math.isnan(best.limit)):
             warning = (
-                f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: the best option"
+                f"No option is stable up to {MARGIN:g} times this scene's stiffness ({wanted}): "
+                "the best option"
             )
             near = best.limit >= self.question.stiffness
             warning += " is close to its limit." if near else " needs a hand or friction to come to rest."
@@ -369,8 +370,8 @@ class SceneResult:
         other = min(truer, key=lambda o: o.error, default=best)
         if other.error > best.error + KNOWN and other.rate < 0.95 * best.rate:
             return (
-                f"{other.method} is the more accurate method, but on this {best.place} it lowers the rate to "
-                f"{hertz(other.rate)}, and the rate matters more to your hand."
+                f"{other.method} is more accurate, but on this {best.place} it lowers the rate to "
+                f"{hertz(other.rate)}. Your hand feels the lower rate more than the method's error."
             )
         size, part = max(zip(best.parts, PARTS, strict=True))
         most = f"The largest part of the error is the {PART_WORDS.get(part, part)}: {jnd(size)}."
@@ -380,7 +381,7 @@ class SceneResult:
         pairs = zip(self.question.choices, best.options, strict=True)
         ahead = any(choice.text(value) == "semi_implicit" for choice, (_, value) in pairs)
         lead = "runs half a step ahead" if ahead else "has an error of the opposite sign"
-        return f"{most} {best.method} {lead}, so this cancels {jnd(-own)} of the total error."
+        return f"{most} {best.method} {lead}, which cancels {jnd(-own)} of the total error."
 
 
 def jnd(error: float) -> str:

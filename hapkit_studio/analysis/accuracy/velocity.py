@@ -19,7 +19,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
 QUANTUM, RATE, SECONDS = SimulatedHapkit().quantum, 1000.0, 3.0
-_START = 0.3 * QUANTUM
+_START, _TREMOR = 0.3 * QUANTUM, 0.6 * QUANTUM
 _TURNED_AT, _TURNING = 1.0, 0.02
 Signal = tuple[np.ndarray, np.ndarray]
 T = np.arange(round(SECONDS * RATE)) / RATE
@@ -43,7 +43,7 @@ def _reversal(speed: float) -> Signal:
 
 
 SIGNALS: dict[str, tuple[str, Callable[[], Signal]]] = {
-    "tremor": ("Tremor, 0.6 counts, 8 Hz", cache(lambda: _sine(0.6 * QUANTUM, 8.0, _START))),
+    "tremor": (f"Hand tremor ±{1e6 * _TREMOR:.0f} µm at 8 Hz", cache(lambda: _sine(_TREMOR, 8.0, _START))),
     "slow": ("Steady 5 mm/s", cache(lambda: _ramp(0.005))),
     "steady": ("Steady 100 mm/s", cache(lambda: _ramp(0.1))),
     "swing": ("20 mm at 1 Hz", cache(lambda: _sine(0.02, 1.0))),
@@ -64,7 +64,8 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = (
-    f"With the {_DAMPING:g} N·s/m of the damping scene, this is {1e3 * UNFELT:g} mN, too weak to be felt"
+    f"In the damping scene ({_DAMPING:g} N·s/m), this velocity error gives {1e3 * UNFELT:g} mN of force, "
+    "too little to feel"
 )
 
 

@@ -336,7 +336,7 @@ class NeedsPart(Part):
         self.table = Table("One row for each scene, one column for each property of the device", cells=True)
         self.details, self.law = Pairs(), hint()
         self.side = SidePanel("What a scene needs", "Press Run this scene, then choose a cell of the table.")
-        self.side.section("What each term of the law costs")
+        self.side.section("Computing time of each law term")
         self.side.add(self.law)
         self.side.section("Chosen cell")
         self.side.add(self.details)

@@ -31,7 +31,7 @@ def sheet() -> Sheet:
         Point(method, method.capitalize(), step, error, cycles, ns)
         for method, step, error, ns, cycles in numbers
     )
-    reason = "A third of 6 %, the smallest change of force that people can feel"
+    reason = "A third of the smallest change of force that people can feel (6 %)"
     scene = Scene("damped", "Damped mass", "largest error", 0.02, reason, "", CONDITIONS)
     return Sheet("integrators", scene, {"verlet": "Verlet", "rk4": "RK4"}, points)
 
