@@ -36,7 +36,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Identify the recording; draw the result if requested."""
+    """Identify the parameters in a recording; draw the result if requested."""
     from hapkit_studio.analysis import identify as work  # imported here because the import takes seconds
     from hapkit_studio.charts.identify import identify_figure
 

@@ -35,7 +35,7 @@ _OTHERS = {
 def files(program: Sequence[str]) -> dict[Path, str]:
     """Return the text of each of the user's files by its path.
 
-    ``program`` contains the words that start the studio.
+    ``program`` contains the words of the command that starts the studio.
     """
     data = Path(os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share"))
     return {
@@ -186,7 +186,7 @@ def _update(paths: Sequence[Path]) -> None:
 
 
 def _program() -> list[str]:
-    """Return the words that start the studio."""
+    """Return the words of the command that starts the studio."""
     if BUNDLED:
         return [sys.executable]
     beside = Path(sys.executable).with_name("hapkit-studio")

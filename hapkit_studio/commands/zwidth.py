@@ -96,7 +96,7 @@ def _device(options: argparse.Namespace) -> Device:
 
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the dampings in N·s/m in a text such as ``0,1,2``; otherwise raise ParameterError."""
+    """Return the dampings in N·s/m in a text such as ``0,1,2``; raise ParameterError for an invalid text."""
     return usual if given is None else base.numbers(given, "Dampings", "N·s/m", "0,1,2,5")
 
 
