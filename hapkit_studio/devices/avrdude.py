@@ -160,7 +160,7 @@ class Output:
         return stage, min(bar.count("#") / _BAR, 1.0)
 
     def error(self, port: str) -> DeviceError:
-        """Return the error with its remedy."""
+        """Return the error that the output shows, with its remedy."""
         name = port_errors.port_name(port)
         if _MISMATCH.search(self.text):
             where = ""

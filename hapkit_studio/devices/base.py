@@ -76,7 +76,7 @@ class Device:
 
     @property
     def flash_port(self) -> str:
-        """Return the port for writing firmware; "" if there is none."""
+        """Return the port for writing firmware; "" for a device without firmware."""
         return ""
 
     def about(self) -> dict[str, Any]:

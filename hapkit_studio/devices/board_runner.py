@@ -90,7 +90,7 @@ class Track:
 
     @property
     def position(self) -> np.ndarray:
-        """Return the handle's position (n,) in m, according to the settings in force."""
+        """Return the handle's position (n,) in m, computed with the settings of the track."""
         return self.count * self.settings.quantum
 
 
@@ -182,13 +182,13 @@ class BoardRunner:
 
     @property
     def settings(self) -> Settings:
-        """Return the settings in force; raise DeviceError before open."""
+        """Return the board's current settings; raise DeviceError before open."""
         if self._settings is None:
             raise DeviceError("The board is not open.")
         return self._settings
 
     def read_settings(self) -> Settings:
-        """Ask the board for the settings in force; raise DeviceError if it does not answer."""
+        """Ask the board for its current settings; raise DeviceError if it does not answer."""
         self._settings = self.board.settings()
         return self.settings
 
@@ -201,7 +201,7 @@ class BoardRunner:
         return self.settings
 
     def save(self) -> Settings:
-        """Store the settings in force on the board; raise DeviceError if it does not answer."""
+        """Store the board's current settings in its EEPROM; raise DeviceError if it does not answer."""
         self._settings = self.board.save()
         return self.settings
 
@@ -269,10 +269,10 @@ class BoardRunner:
                     break
 
     def samples(self, silence: float = 1.0) -> Generator[Sample, None, None]:
-        """Read the settings, then yield samples and keep them as ``recent``. Closing stops the motor.
+        """Read the settings, then yield samples and keep them as ``recent``.
 
-        Raise NoDataError after ``silence`` s without samples. The start command is repeated, because a board
-        may miss it.
+        Closing the generator stops the motor. Raise NoDataError after ``silence`` s without samples. The
+        start command is repeated, because a board may miss it.
         """
         self.read_settings()  # this request also discards bytes of an earlier stream
         heard = False

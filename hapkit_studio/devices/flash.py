@@ -34,7 +34,7 @@ _HARMLESS = (3, 5)  # types of start-address records, which the chip ignores
 def read_image(path: Path) -> bytes:
     """Return the bytes of an Intel hex file from address 0 on; gaps are 0xFF, like erased flash.
 
-    Raise ParameterError with the fault in the file.
+    Raise ParameterError for an invalid file; the message names the fault.
     """
     memory: dict[int, int] = {}
     base, ended = 0, False
@@ -141,7 +141,7 @@ def flash(
 
 
 def read_hello(port: str) -> Hello:
-    """Return the Hello of the firmware on a port; raise DeviceError if there is none."""
+    """Return the Hello of the firmware on a port; raise DeviceError if no Hello arrives."""
     with contextlib.closing(HapkitBoard(port)) as board:
         board.open()
         return board.hello
@@ -161,7 +161,7 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
 
 
 def try_port(port: str) -> None:
-    """Open and close the port to detect other users; raise DeviceError if there is one.
+    """Open and close the port; raise DeviceError if another program uses it.
 
     avrdude ignores locks and does not name the other program. A program without a lock, such as cat, would
     receive part of the boot loader's replies.

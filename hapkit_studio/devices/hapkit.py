@@ -163,7 +163,10 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and read Hello; raise DeviceError if this fails. Motor and samples are off."""
+        """Open the port and read Hello; raise DeviceError if this fails.
+
+        The motor stays off, and the board sends no samples yet.
+        """
         if self.identity.vendor is not None:  # a USB board may have moved to a different port
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
@@ -311,7 +314,7 @@ class HapkitBoard(Device):
         return settings
 
     def save(self) -> Settings:
-        """Save the settings in force on the board; raise DeviceError without a reply."""
+        """Save the board's current settings in its EEPROM; raise DeviceError without a reply."""
         return self.request(Save(), Settings, SAVE_TIME)
 
     def close(self) -> None:

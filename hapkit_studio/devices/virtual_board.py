@@ -85,7 +85,7 @@ class BoardProgram:
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def end(self) -> str:
-        """End the program; return its summary, a JSON object, or "". This may be repeated."""
+        """End the program; return its summary as JSON, "" if it wrote none. This may be repeated."""
         if self._errors.closed:
             return self._summary
         self.send("quit")
@@ -221,7 +221,7 @@ class VirtualBoard(HapkitBoard):
 
     @property
     def pid(self) -> int:
-        """Process id of the running program; raise DeviceError if there is none."""
+        """Process id of the running program; raise DeviceError if no program runs."""
         return self._running().pid
 
     def _running(self) -> BoardProgram:
