@@ -146,7 +146,7 @@ def difference_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.n
 
 
 def iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
-    """Return alpha = 1 - exp(-2 pi f_c T), the exact discrete pole of a first-order low-pass."""
+    """Return alpha = 1 - exp(-2 pi f_c T), which gives a first-order low-pass its exact discrete pole."""
     return _coefficients(-math.expm1(-2.0 * math.pi * cutoff / rate))
 
 

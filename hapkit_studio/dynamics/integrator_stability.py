@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 
 def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
-    """Return the spectral radius of a method that multiplies each mode by a function of step · λ."""
+    """Return the spectral-radius function of a method that multiplies each mode by a function of step · λ."""
 
     def radius(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
         root = np.sqrt(np.asarray(ratio * ratio - 1.0, complex))

@@ -23,8 +23,8 @@ from hapkit_studio import program
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
 UNUSED_SECONDS = 60 * 86_400.0  # a cache folder of other sources is removed if it is unused for this time
-# folders of the package with compiled functions; a law's compiled file needs no entry, because a hash of the
-# law names it
+# folders of the package with compiled functions; a law's compiled file needs no entry, because its name
+# contains a hash of the law
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
 

@@ -207,7 +207,7 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 
 
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return the relative error of the mean time between crossings of the force downwards through its middle.
+    """Return the relative error of the mean time between downward crossings of the force's middle value.
 
     ``force`` has the shape (n,). Return inf if there are no crossings.
     """
