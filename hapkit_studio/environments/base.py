@@ -173,7 +173,10 @@ class Environment:
         return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
-        """Return the moving object's position in m (n,) at positions (n,) and states (n, values), or None."""
+        """Return the object's position (n,) in m; None for an environment without an object.
+
+        ``position`` (n,) in m is the handle's position; ``state`` (n, values) contains the law's states.
+        """
         named = dict(zip(self.state_names, state.T, strict=False))
         return None if self.moves is None else self.moves.place(values, position, named)
 
