@@ -15,7 +15,7 @@ from hapkit_studio.gui.widgets.theme import theme
 STEP = 4
 _LEAVES = re.compile(r"\s*(return|break|continue|pass|raise)\b")
 _OPENS = re.compile(r".*:\s*(#.*)?$")
-# colour token, weight and italics by kind
+# colour token, weight and italics of each kind of word
 KINDS = {
     "keyword": ("asked", 600, False),
     "comment": ("ink3", 400, True),
@@ -281,7 +281,7 @@ class CodeEdit(QPlainTextEdit):
     def counts(self) -> dict[int, float] | None:
         """Return the counts by current line number, except the counts of changed lines.
 
-        Return None if there is no column.
+        Return None if the column of counts is hidden.
         """
         if self._counts is None:
             return None

@@ -225,7 +225,7 @@ class EditorController(QObject):
         self.shown.emit(False)
 
     def _back(self) -> None:
-        """Return from a page to the open law if there is one."""
+        """Return from a page to the open law; if no law is open, hide the editor."""
         if self.path is None:
             self.shown.emit(False)
         else:
