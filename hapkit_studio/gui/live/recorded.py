@@ -210,7 +210,7 @@ class Recorded(History):
     def _chunk(self, time: float, side: Any) -> int:
         """Return the last chunk whose start is < time (side "left") or <= time (side "right").
 
-        Return -1 if there is no such chunk.
+        Return -1 for a time before the first chunk.
         """
         return int(np.searchsorted(self.session.starts, time, side)) - 1
 

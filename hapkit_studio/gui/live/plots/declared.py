@@ -74,7 +74,7 @@ class TimePlot:
 class PhasePlot:
     """A plot of the applied force over another signal, its x axis.
 
-    ``theory`` returns the law's force over the same signal in SI, or None if there is no such curve.
+    ``theory`` returns the law's force over the same signal in SI; None for a law without such a curve.
 
     The initial range is ±reach; it is extended up to ±most if the curve needs this.
     """
@@ -106,7 +106,7 @@ class PhasePlot:
         return f"{self.channel.replace('_', ' ')}, {self.unit}"
 
     def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
-        """Return the law's curve up to three times the reach on either side; None if the law has none."""
+        """Return the law's curve up to three times the reach on either side; None if it has no curve."""
         far = 3.0 * self.reach / self.scale
         return self.theory(environment, values, -far, far)
 
