@@ -33,7 +33,7 @@ _WIDE_LIST_FROM = 840
 class BreakItPage(MeasuringPage):
     """Shows the list of failures, and the chosen failure with knob, verdict, two traces and the curve.
 
-    ``felt`` is the title of the failure that is in the scene, or ""; ``marked`` is emitted with this title.
+    ``felt`` is the title of the failure in the scene, "" for none; ``marked`` is emitted with this title.
     """
 
     file = "break-it"
@@ -81,7 +81,7 @@ class BreakItPage(MeasuringPage):
         self.runner.run([self.record])
 
     def run_all(self) -> None:
-        """Try every failure that has not been measured yet; if there is none, try all failures again."""
+        """Try every failure that has not been measured yet; if all were measured, try all of them again."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
         self.runner.run(left or list(self.records.values()))

@@ -119,11 +119,11 @@ def measure(failure: Failure, case: dict[str, float], share: float, progress: Pr
 
 
 class FailureRunner(QObject):
-    """Tries failures in a thread; ``arrived`` is emitted with each partial result.
+    """Measures failures, the limits of methods, in a thread; emits ``arrived`` with each partial result.
 
-    ``wrong(key, text)``: a failure could not be tried. ``begun(key)``: a failure's measurement has started.
-    ``many``: this measurement is one of several. Long measurements run in ``job``; single values of the knob
-    are tried in a second job at the same time.
+    ``begun(key)`` is emitted when the measurement of a failure starts, and ``wrong(key, text)`` if the
+    measurement ends with an error. ``many`` is True if several failures are measured one after the other.
+    Measurements run in ``job``. At the same time, a second job simulates single values of the knob.
     """
 
     arrived = Signal(object)
