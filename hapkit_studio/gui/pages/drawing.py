@@ -41,8 +41,9 @@ class _Press(NamedTuple):
 class Drawing(QWidget):
     """Shows a drawing; emits ``clicked`` and ``dragged`` in the axes' units.
 
-    ``pointed`` is emitted with matplotlib's event, or None. The artists that a paint function returns are
-    animated: ``follow`` redraws only them. ``pale``: the drawing is out of date.
+    ``pointed`` is emitted with matplotlib's event, or with None when the pointer leaves the axes. The artists
+    that a paint function returns are animated: ``follow`` redraws only them. ``pale``: the drawing is out of
+    date.
     """
 
     clicked = Signal(float, float)
