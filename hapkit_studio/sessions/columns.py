@@ -23,7 +23,7 @@ _LARGEST_STEP = 1e200
 
 
 class DamagedError(FileError):
-    """The data differ from the written data, or a value is out of range."""
+    """Raised if stored data were changed after they were written, or if a value is out of range."""
 
 
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
@@ -73,7 +73,7 @@ def decode(data: bytes, count: int) -> np.ndarray:
 
 
 def _wraps(differences: np.ndarray) -> bool:
-    """Return True if a cumulative sum of integers exceeds the range of float64 or 64 bits."""
+    """Return True if a cumulative sum of differences exceeds 2**54, so that it is not exact as float64."""
     return bool(np.abs(np.cumsum(differences, dtype=float)).max() > 2.0 * MOST_WHOLE)
 
 

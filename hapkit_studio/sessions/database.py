@@ -21,7 +21,7 @@ from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError
 from hapkit_studio.sessions.layout import FIRST, MOST_SIGNALS, SIGNAL, Layout, checked_layout, tables
 
 _INDEX, _JOURNAL = "-shm", "-journal"
-# s: maximum wait for a journal to disappear, and interval between checks
+# maximum time in s to wait for a journal to disappear, and time in s between checks
 _JOURNAL_SECONDS, _JOURNAL_POLL = 0.3, 0.01
 BESIDE = LOG, _INDEX
 """Suffixes of the files that exist next to a session until its recording has ended."""

@@ -1,6 +1,6 @@
 """Checks type, size and range of every value in a session's events before it is used.
 
-A name that this version does not know is kept with any value. Control characters in text are escaped.
+An entry whose name this version does not know may have any value. Control characters in text are escaped.
 """
 
 import marshal

@@ -1,4 +1,4 @@
-"""Exports tables of samples: CSV for spreadsheets, Parquet, and MATLAB's .mat.
+"""Exports tables of samples as CSV for spreadsheets, as Parquet, and as MATLAB's .mat.
 
 Each file has the settings at the start and every later change with its time. A column "group.name" belongs to
 a group, such as "state" for the law's state variables. The prefix distinguishes the column from the studio's

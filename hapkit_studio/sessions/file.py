@@ -49,7 +49,7 @@ def schema(table: str, columns: Mapping[str, str]) -> str:
 
 
 def checksum(values: Iterable) -> int:
-    """Return the CRC-32 of a row's values; bytes are used directly, other values as Python formats them."""
+    """Return the CRC-32 of a row's values; bytes are used directly, other values as the text of ``repr``."""
     total = 0
     for value in values:
         total = zlib.crc32(value if isinstance(value, bytes) else repr(value).encode(), total)

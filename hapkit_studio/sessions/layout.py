@@ -21,7 +21,7 @@ _HEAD = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER
 HEAD = tuple(_HEAD)
 """The first columns of the table "chunk"; the columns of signals and state follow."""
 _RESERVED = {*HEAD, "id", "crc", STATE}
-_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # names in version 1, by current name
+_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # current name: name in files of version 1
 
 
 class StoredSignal(NamedTuple):
@@ -60,7 +60,7 @@ class Layout:
         return frozenset(signal.name for signal in self.signals if signal.optional)
 
     def delta_to(self, name: str) -> str:
-        """Return the signal that is subtracted from a signal's samples; "" if there is none."""
+        """Return the signal that is subtracted from a signal's samples; "" if nothing is subtracted."""
         return next(signal.delta_to for signal in self.signals if signal.name == name)
 
 

@@ -108,7 +108,7 @@ def overview(path: Path) -> Overview:
 
 def _of(session: Session, size: int, saved: float) -> Overview:
     start, stop = float(session.starts[0]), float(session.stops[-1])
-    trace = _trace(session)  # do this before reading ``damage``, because only reading reveals damage
+    trace = _trace(session)  # must precede ``damage`` below: damage is found while samples are read
     keys = [str(event.what.get("environment", "")) for event in session.events if event.kind == SETTINGS]
     return Overview(
         session.path,
@@ -130,7 +130,7 @@ def _of(session: Session, size: int, saved: float) -> Overview:
 def _trace(session: Session) -> np.ndarray:
     """Return times after the start, and minimum and maximum positions (3, n); NaN without samples."""
     times, least, greatest = _samples(session) if session.counts.sum() <= _FEW else _blocks(session)
-    # Each point covers at least two times on average, so a point without any time is a gap.
+    # Each point covers at least two samples on average, so a point without samples is a gap.
     count = max(min(_MOST, len(times) // 2), 1)
     edges = session.starts[0] + session.seconds * np.arange(count) / count
     first = np.searchsorted(times, edges)

@@ -41,7 +41,7 @@ _AT_ONCE = 512
 # kinds of events that are valid until the next event of the same kind
 _STANDING = (ABOUT, SETTINGS, STOP, FAULT)
 _POLL_SECONDS = 0.05
-# s: if no sample arrives for this time, the chunk ends, so that time is uniform within a chunk
+# If no sample arrives for this time in s, the chunk ends, so that time is uniform within a chunk.
 _GAP_SECONDS = 0.25
 
 CLOCK_JUMPED = "The board's clock jumped: its time was corrected."
@@ -124,7 +124,7 @@ class Recorder:
         return self._queue(lambda: self._begin(path()))
 
     def stop(self) -> Path | None:
-        """End the recording and return its file; None if there is no recording.
+        """End the recording and return its file; None without a recording.
 
         Raise SessionError if the file cannot be completed.
         """
@@ -256,7 +256,7 @@ class Recorder:
         self._states = max(self._states, len(engine.environment.state_names))
 
     def _pack(self, seconds: float) -> None:
-        """Pack the pending rows into chunks once they cover a duration in s."""
+        """Pack the pending rows into chunks once they cover at least ``seconds``."""
         if not self._pending or self._engine is None:
             return
         first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]

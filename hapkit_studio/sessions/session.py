@@ -35,13 +35,14 @@ from hapkit_studio.sessions.layout import EVENT, HEAD, STATE, Layout
 
 _TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes}
 _NAMES = {kind: name for name, kind in _TYPES.items()} | {type(None): "NULL"}
-# maximum number of characters of a reason; SQLite's messages may quote the file's content
+# Maximum number of characters in the reason for which a row was skipped; the reason may be a message of
+# SQLite that quotes the file's content.
 _LONGEST_REASON = 300
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
 _MOST_ROWS = 1 << 32
 # Limits of reading. Rows beyond these limits are skipped.
-_MOST_EVENTS = 50_000  # enough for settings that change all the time for 40 minutes
+_MOST_EVENTS = 50_000  # enough for settings that change continuously for 40 minutes
 _MOST_TEXT = 1 << 26  # maximum number of characters in all events
 _MOST_DAMAGED = 100_000  # maximum number of damaged rows
 _MOST_SECONDS = 31 * 86_400.0
@@ -153,7 +154,7 @@ class Session:
         return self.damage
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
-        """Return the last event of a kind up to a time in s; {} if there is none."""
+        """Return the last event of a kind up to a time in s; {} without such an event."""
         values = (event.what for event in reversed(self.events) if event.kind == kind and event.time <= time)
         return next(values, {})
 
