@@ -1,4 +1,4 @@
-"""Environments that a user writes: their folder, trust, reading, trials, templates."""
+"""Environments that a user writes: their folder and templates, the list of trusted files, and trial runs."""
 
 from hapkit_studio.workshop.reading import load
 

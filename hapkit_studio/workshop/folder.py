@@ -38,7 +38,7 @@ def existing() -> Path:
 
 
 def own_files() -> list[Path]:
-    """Return the Python files in the folder, sorted by name; empty if there is no folder."""
+    """Return the Python files in the folder, sorted by name; [] if the folder is missing."""
     try:
         return sorted(f for f in own_folder_path().glob("*.py") if f.is_file())
     except OSError:

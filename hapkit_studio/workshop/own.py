@@ -61,7 +61,8 @@ class OwnEnvironment(Environment):
     def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
         """Return the compiled law's force (n,) in N in its initial state.
 
-        The force is NaN at a fault, and at all remaining points after CURVE_SECONDS.
+        The force is NaN at a fault. If the computation takes longer than CURVE_SECONDS, it is also NaN at the
+        remaining points.
         """
         law = self.force.compiled()
         p = np.array([values[q.key] for q in self.parameters] + [0.0])

@@ -209,7 +209,7 @@ def calls(tree: ast.Module, name: str) -> Iterator[ast.Call]:
 
 
 def _environment_line(tree: ast.Module) -> int:
-    """Return the line of the last assignment to ENVIRONMENT; 0 if there is none."""
+    """Return the line of the last assignment to ENVIRONMENT; 0 without an assignment."""
     names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
     return max((n.lineno for n in names if n.id == NAME), default=0)
 

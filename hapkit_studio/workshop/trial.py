@@ -29,12 +29,12 @@ _PASSED, _FAILED = "passed", "failed"
 
 
 def has_passed(source: Source) -> bool:
-    """Return True if this content passed its trial with this studio, Python and cache."""
+    """Return True if this content passed a trial with the same studio, Python version and cache."""
     return _outcome(source) == _PASSED
 
 
 def has_failed(source: Source) -> bool:
-    """Return True if this content failed its last trial with this studio, Python and cache."""
+    """Return True if this content failed its last trial with the same studio, Python version and cache."""
     return _outcome(source) == _FAILED
 
 
@@ -90,7 +90,7 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
     except subprocess.TimeoutExpired:
         return stop(process)
     try:
-        # a child process of the file may still have the pipe open
+        # a process that the file has started may still have the pipe open
         words, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
     except subprocess.TimeoutExpired:
         isolated.end(process)

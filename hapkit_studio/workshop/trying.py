@@ -34,7 +34,7 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem that prevents an environment from running: its line, 0 if there is none, and its text."""
+    """A problem that prevents an environment from running: its text and its line; 0 is an unknown line."""
 
     line: int
     text: str
@@ -131,8 +131,8 @@ def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
 def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Return positions x in m and speeds v in m/s (n,) for calls of a law.
 
-    The handle is at rest, then at each position with each speed and with changes by sensor steps, then at
-    rest again.
+    The handle is at rest, then at each position with each speed. It then moves past each position by single
+    sensor steps, and is at rest again.
     """
     x, v = [0.0] * _RESTING, [0.0] * _RESTING
     for place in at:
@@ -174,7 +174,7 @@ _SAID = {
         "test for it first, or narrow the parameter's limits",
     ),
 }
-# additional arguments of the other functions
+# arguments of the functions other than the law, in addition to the parameter values
 _ARGUMENTS = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
 
 
