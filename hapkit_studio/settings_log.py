@@ -101,7 +101,7 @@ def lines(log: Log) -> list[str]:
 
 
 def read(comments: Iterable[str], name: str = "header") -> Log:
-    """Return the log in a table's comments, which are given without "#"; () if there are no settings.
+    """Return the log in a table's comments, which are given without "#"; () without settings.
 
     A single JSON object, the studio's former format, is also accepted. Other comments are ignored. Raise
     FileError for invalid JSON; its text begins with ``name``, the file's name.
