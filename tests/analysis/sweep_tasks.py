@@ -16,12 +16,12 @@ def roots(cells: list[float]) -> list[float]:
 
 
 def roots_and_place(cells: list[float]) -> list[tuple[float, int]]:
-    """Return every root with the id of the process that computed it."""
+    """Return the square root of every cell, with the id of the process that computed it."""
     return [(math.sqrt(x), os.getpid()) for x in cells]
 
 
 def busy_roots(cells: list[float]) -> list[float]:
-    """Return the roots; each takes about 0.1 ms, because of extra work."""
+    """Return the square roots; each takes about 0.1 ms, because of extra work."""
     return [math.sqrt(x + 0.0 * sum(math.sin(i) for i in range(1000))) for x in cells]
 
 

@@ -33,11 +33,12 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import headless, rows
 
 LIBRARY = environments.discover()
-FAST, RATE = 16_000, 1000  # Hz: FAST is quasi-continuous; RATE is that of a typical student's loop
-# samples: instants within MOMENT are not distinguished; vibration is summed over SUMMED (Verrillo 1965)
+FAST, RATE = 16_000, 1000  # rates in Hz: a quasi-continuous loop, and a typical student's loop
+# Instants within MOMENT samples are not distinguished; vibration is summed over SUMMED samples (Verrillo
+# 1965).
 MOMENT, SUMMED = 20, 250
 SECONDS, DRAWN = 2.0, 24
-BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # Hz: third octaves from 25 to 400 Hz
+BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # centres in Hz of the third octaves from 25 to 400 Hz
 LEAST = np.exp(
     np.interp(
         np.log(BANDS),
@@ -109,7 +110,7 @@ def events(one: np.ndarray, two: np.ndarray) -> float:
 
 
 def rendered(scene: Environment, gone: Iterable[str], hand: Hand, speed: float) -> np.ndarray:
-    """Return the rows at RATE of a scene with its defaults, without the terms in ``gone``, under a hand."""
+    """Return the rows at RATE of a scene with its defaults and without the terms in ``gone``, with a hand."""
     without, seconds = set(gone), SECONDS if hand.release in (0.0, math.inf) else SECONDS + hand.release
     device = SimulatedHapkit(initial_velocity=speed).without(without)
     rate = FAST if "sampling" in without else RATE
@@ -132,7 +133,7 @@ def hands(scene: Environment, rng: np.random.Generator) -> Iterator[tuple[Hand, 
 
 
 def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return pairs of tables in random order, with the name of the missing term ("all": all unneeded)."""
+    """Return pairs of tables in random order, with the name of the missing term, or "all"."""
     rng, cards = np.random.default_rng(sum(map(ord, scene.key))), []
     spared = {term for term in TERMS if term not in scene.needs}
     missing = {"all": spared} | {term: {term} for term in TERMS}

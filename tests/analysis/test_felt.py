@@ -1,4 +1,4 @@
-"""The area of the felt force's hysteresis agrees with theory and with the energy; samples may be lost."""
+"""The hysteresis area of the felt force agrees with theory and with the energy; lost samples are NaN."""
 
 import math
 

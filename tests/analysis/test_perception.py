@@ -45,7 +45,7 @@ def test_position_threshold_is_0_4_mm(size, held):
 
 @pytest.mark.parametrize(("late", "felt"), [(0.019, False), (0.030, True)])
 def test_a_run_ending_in_a_movement_adds_no_difference(late, felt):
-    """The second run arrives when the first has ended, 19 or 30 ms later; up to 20 ms are imperceptible."""
+    """The second run's movement is 19 or 30 ms later than the first's; up to 20 ms are imperceptible."""
     found = told(*(run(place=0.1 * np.maximum(TIME - start, 0.0)) for start in (1.0, 1.0 + late)), held=False)
     assert found.place == pytest.approx(0.1 * (late - 0.020) / 0.4e-3 if felt else 0.0, abs=1e-9)
 

@@ -1,7 +1,7 @@
 """A loop in plain Python that calls a law's Python function: the reference for the page *This scene*.
 
 It shares the laws, the hands' targets and the just-noticeable differences with the package. Handle, hand,
-sensor, velocity estimate: delay, hold and force limit are implemented independently.
+sensor, velocity estimate, delay, hold and force limit are implemented independently.
 """
 
 import math
@@ -13,7 +13,7 @@ from hapkit_studio.analysis import perception
 from hapkit_studio.haptics import rows
 from tests.laws.twins import Plain
 
-FINE = 16_000.0  # Hz: the lowest rate of the handle's integration steps
+FINE = 16_000.0  # lowest rate in Hz of the handle's integration steps
 
 
 class Kalman:

@@ -1,4 +1,4 @@
-"""Errors on the page *This scene* agree with an independent loop; Shapley values and selection rule."""
+"""On the page *This scene*, errors, Shapley values and recommended rows agree with an independent loop."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,7 @@ PLACES = "computer", "board"
 
 @pytest.mark.parametrize("rate", [1000.0, 2401.0, 900.9])
 def test_rows_are_at_whole_milliseconds_for_every_rate(rate):
-    """A handle is thrown at 0.5 m/s and decelerated by 0.5 N·s/m and 0.1 N.
+    """A handle is thrown at 0.5 m/s and decelerated by damping of 0.5 N·s/m and friction of 0.1 N.
 
     The closed form is valid until the handle stops.
     """
@@ -250,7 +250,7 @@ def test_the_parts_of_a_recommended_row_agree_with_plain_python(key):
         assert best.parts == pytest.approx(means, abs=0.1 + 0.03 * best.error)
 
 
-# m: positions of handle and object while they are in contact
+# positions in m of handle and object while they are in contact
 OBJECTS = {"puck": (0.038, 0.040), "mass_spring_damper": (0.014, 0.012)}
 
 

@@ -11,7 +11,7 @@ from hapkit_studio.dynamics.stick_slip import MODELS
 from tests.analysis.accuracy.test_methods import one_step
 
 MASS, SPRING, STATIC, KINETIC, SPEED = 0.05, 300.0, 1.0, 0.5, 0.02
-TRUE_PERIOD = 0.211193  # s: computed by a solver that locates every stop
+TRUE_PERIOD = 0.211193  # in s, computed by a solver that locates every stop
 
 
 def period_error(forces, dt):

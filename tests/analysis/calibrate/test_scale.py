@@ -69,7 +69,7 @@ def test_marks_that_are_too_few_or_too_close_are_refused():
     ("changed", "key"),
     [
         ({"pulley_radius": 0.010}, "diameter"),
-        # the marks also fit a handle radius of 36 mm, but no kit has one
+        # the marks also fit a handle radius of 36 mm, but no kit has this radius
         ({"pulley_radius": 0.0125}, "diameter"),
         ({"handle_radius": 0.070}, "radius"),
         ({"handle_radius": 0.093}, ""),

@@ -171,7 +171,7 @@ def test_intervals_contain_the_truth_in_95_percent_of_many_kits(known):
     errors = np.array([f.ratio for f in found]) / strength - 1.0
     halves = np.array([f.half / f.ratio for f in found])
     assert (np.abs(errors) <= halves).mean() >= 0.93
-    # the interval is hardly wider than the uncertainty that follows from that of the two springs
+    # the interval is hardly wider than the uncertainty of the two springs requires
     least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
     assert np.median(halves) == pytest.approx(least, abs=0.01)
     assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002

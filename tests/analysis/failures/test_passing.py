@@ -76,8 +76,8 @@ def test_below_the_limit_of_the_longest_period_every_order_of_periods_is_stable(
 
 
 BOUNCE = failures()["bounce"]
-# 0.05 kg, 1 kHz. Columns: K, delay in periods, error of the formula in % at b = 0, 1/2, 1, 3/2 of K (T/2 +
-# td)
+# Handle of 0.05 kg at 1 kHz. Columns: stiffness K in N/m; delay in periods; errors of the formula in % for a
+# damping b of 0, 1/2, 1 and 3/2 times K (T/2 + td).
 LEAVES = [
     (300.0, 0, (0.01, 0.3, 0.6, 0.9)),
     (300.0, 1, (0.15, 2.0, 3.7, 5.6)),

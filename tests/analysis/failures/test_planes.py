@@ -19,7 +19,10 @@ def points(panel, outcome):
 
 
 def test_the_sampled_walls_boundary_agrees_with_the_table_for_a_heavier_handle():
-    """The table has K_max in N/m for each B in N·s/m, for 0.05 kg, 0.5 N·s/m, 1 ms and no delay."""
+    """The table has K_max in N/m for each B in N·s/m.
+
+    The handle has 0.05 kg and 0.5 N·s/m; the period is 1 ms, without delay.
+    """
     table = {0.5: 1983.5, 1.0: 2945.8, 5.0: 9974.0, 20.0: 27440.0, 40.0: 34959.0}
     (panel,) = SPRING.plane(SPRING.case({"mass": 0.05})).panels
     own = panel.boundaries[0]

@@ -13,7 +13,8 @@ from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
 
-# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz. Columns: delay in periods, largest roots from the table
+# Spring: K = 500 N/m, B = 1 N·s/m. Handle: 0.05 kg, 0.5 N·s/m. Rate: 1 kHz. Columns: delay in periods,
+# largest roots from the table.
 ROOTS = [
     (0.0, (0.9874025, 0.9874025, 0.0101887)),
     (0.5, (0.9899131, 0.9899131, 0.0592341, 0.0427125)),
@@ -55,7 +56,7 @@ def test_one_percent_inside_decays_and_outside_grows_with_every_filter(estimator
 
 
 def test_filtered_damping_lowers_the_stable_stiffness():
-    """Limits are 1002 N/m without damping and 760 N/m with 1 N·s/m.
+    """The limit is 1002 N/m without virtual damping, and 760 N/m with 1 N·s/m.
 
     The handle has 0.05 kg and 0.5 N·s/m; the filter is a Butterworth filter of 20 Hz at 1 kHz.
     """

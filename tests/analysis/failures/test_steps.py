@@ -7,7 +7,7 @@ from hapkit_studio.analysis.failures.course import rate_of, swing
 from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from tests.dynamics.growth import COURSE_RATES
 
-# s: longest stable steps of the course's mass in contact, by integrator
+# longest stable steps in s of the course's mass in contact, by integrator
 LONGEST = {
     "explicit_euler": 0.769e-3, "lecture": 0.769e-3, "semi_implicit": 77.7e-3, "verlet": 78.4e-3,
     "rk4": 112e-3,

@@ -22,7 +22,7 @@ def several_sines(seed, amplitude=0.0125):
 
 
 def shaken(seed, environment="spring", values=None, *, quantum=20.7e-6, seconds=3.0, **loop):
-    """Identify a handle of 44 g, 0.5 N·s/m and 0.1 N from a run in which a hand shakes it."""
+    """Identify a handle of 44 g with 0.5 N·s/m and 0.1 N of friction from a run in which a hand shakes it."""
     hand = Hand(*HAND, several_sines(seed), vectorised=True)
     device = hs.SimulatedHapkit(quantum=quantum)
     run = hs.simulate(environment, values, hand=hand, device=device, seconds=seconds, **loop)
@@ -38,7 +38,9 @@ def sine_run(stiffness, damping, hertz, amplitude, phase=0.0, *, quantum=20.7e-6
 
 
 def impedance(stiffness, damping, hertz, rate, delay):
-    """Return (K, B) at one frequency of a spring with backward-difference damping, held and delayed.
+    """Return (K, B) at one frequency of a spring with backward-difference damping.
+
+    Its force is held for a period and delayed.
 
     Z = (K + B (1 - e^-jwT) / T) e^-jw(td + T/2) sin(wT/2) / (wT/2): K = Re Z, B = Im Z / w.
     """

@@ -128,7 +128,7 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
 
 
 def test_a_fit_of_a_constant_force_alone_has_an_empty_chart():
-    """The handle did not move, so no term acts on anything that varies."""
+    """The handle did not move, so no term has a varying input."""
     fit = SimpleNamespace(beta=np.zeros(1))
     points = Points(np.arange(3.0), ("offset",), np.ones((3, 1)), np.zeros(3), fit)
     figure = Figure()

@@ -1,7 +1,7 @@
 """Independent simulation of a handle that is released or kicked, with or without a hand on it.
 
-A step is 1/32 of a sample period. The simulation shares only numpy and numba with the product. Friction is
-event-driven inside a step; estimators use their difference equations.
+A step is 1/32 of a sample period. The simulation shares only numpy and numba with the product. A step
+in which friction would reverse the velocity ends at rest; estimators use their difference equations.
 """
 
 import math
@@ -31,7 +31,7 @@ class Handle:
     damping: float
     one_sided: bool = False
     hand: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    filter: tuple[float, ...] = (1.0,)  # one number is the coefficient of a low-pass; two are alpha and beta
+    filter: tuple[float, ...] = (1.0,)  # coefficient of a low-pass, or alpha and beta of a tracker
 
     def let_go(self, place: float, target: float, seconds: float, speed: float = 0.0) -> np.ndarray:
         """Return the positions (n,) in m after a release at rest or a kick; the hand's target is in m."""

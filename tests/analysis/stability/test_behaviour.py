@@ -492,7 +492,7 @@ def test_a_constant_force_is_met_at_the_edge_of_the_searched_positions(tmp_path)
     pushing = environment(tmp_path, law_text("return -2.0"), ())
     scene, grip = headless.Scene(pushing, {}), GRIPS["medium"]
     found = [(centre.position, centre.target) for centre in centres_of(scene, grip)]
-    presses = 1.0, 0.6 * 2.0  # N: forces with which the hand presses
+    presses = 1.0, 0.6 * 2.0  # forces in N with which the hand presses
     assert found == [(-0.045, pytest.approx(-0.045 + press / grip.stiffness)) for press in presses]
 
 

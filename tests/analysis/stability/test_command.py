@@ -167,7 +167,7 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
         box = words.get_window_extent()
         assert frame.x0 < box.x0 < box.x1 < frame.x1
         assert frame.y0 < box.y0 < box.y1 < frame.y1
-        for line in figure.axes[0].lines[:-1]:  # the last line is the dot
+        for line in figure.axes[0].lines[:-1]:  # matplotlib's last line is the dot
             corners = line.get_transform().transform(line.get_xydata())
             along = np.linspace(0, len(corners) - 1, 20_000)
             x, y = (np.interp(along, range(len(corners)), corner) for corner in corners.T)

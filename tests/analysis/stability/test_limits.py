@@ -259,7 +259,7 @@ def test_a_nearly_lossless_handle_has_the_passive_limit():
 
 
 def own_seconds(compute):
-    """Return the thread's processor time in s, as the minimum of five runs."""
+    """Return the processor time in s of a computation: the minimum of five runs in this thread."""
     took = []
     for _ in range(5):
         start = time.thread_time()

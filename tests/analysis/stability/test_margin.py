@@ -1,4 +1,4 @@
-"""The margin is stated as text, and the axes leave room around it."""
+"""The margin is stated as text, and the map's axes leave room around the dot and the limit."""
 
 import math
 

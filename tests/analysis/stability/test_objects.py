@@ -91,7 +91,7 @@ def test_an_object_too_heavy_to_move_is_a_wall():
 
 
 def test_explicit_euler_without_damping_has_no_limit_of_its_own():
-    """Explicit Euler adds h² w² per step, so a light object without damping grows at any stiffness."""
+    """Explicit Euler increases the energy by the fraction h² w² per step, so any stiffness is unstable."""
     setting = LoopSettings(viscous=0.5, hand="firm")
     given = {"mass": 0.05, "damping": 0.0, "stiffness": 2000.0, "integrator": "explicit_euler"}
     assert contact_limit(setting, "mass_spring_damper", given) == 0.0

@@ -133,7 +133,7 @@ def test_the_simulated_worst_motion_gains_energy_only_outside(damping, late, est
 
 
 def rendered_gain(moved, stiffness, damping, late, estimator, periods=160):
-    """Return the energy in J that the hand gains from the rendered spring, after the handle's damping."""
+    """Return the energy in J that the hand gains from the spring, less the loss in the handle's damping."""
     t = knots(late, periods)
     fine = 2 if late % 1.0 else 1
     x = np.zeros(len(t))
