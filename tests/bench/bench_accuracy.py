@@ -16,7 +16,7 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "accuracy", 45
 LIVE, SLIDES = 0.050, 20  # LIVE: target of a live answer in s; SLIDES: number of slider values that are tried
-# s: target of each computation
+# target of each computation in s
 MOST = {"work-precision of all methods": 90.0, "all scenes in parts": 60.0, "the puck, not split": 1.0}
 
 

@@ -1,7 +1,6 @@
 """Position errors of two algorithms that count the jumps ("flips") of the sensor's saw-tooth signal.
 
-They are the firmware's and the class template's. The speed at which each of them misses a flip is measured,
-too.
+One is the firmware's, the other the class template's. The speed at which each misses a flip is measured, too.
 """
 
 import shutil

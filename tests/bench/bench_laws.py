@@ -11,7 +11,7 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "laws", 21
 STATIC, ANY = 60.0, 250.0
-# m: positions of a handle that moves to and fro over the rail, fast enough to slip, slow enough for a purr
+# positions in m of a handle that moves to and fro, fast enough to slip and slowly enough for the cat to purr
 SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))
 
 

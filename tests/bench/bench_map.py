@@ -46,7 +46,7 @@ def maps() -> list[Row]:
     """Return the time of whole maps on one core relative to NumPy, and on all cores.
 
     For a map with friction and sensor steps, the studio simulates a few of its cells, and NumPy all of them.
-    Raise if more than 1 % of the cells differ.
+    Raise RuntimeError if more than 1 % of the cells differ.
     """
     k, b = (axis.ravel() for axis in np.meshgrid(STIFFNESS, DAMPING, indexing="ij"))
     rows, what = [], f"map of {STIFFNESS.size} × {DAMPING.size}"

@@ -15,9 +15,9 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "recording", 62
 PAIRS, SECONDS = 5, 4.0
-SIZED_SECONDS = 20.0  # s: long enough that the size of an empty file does not matter
+SIZED_SECONDS = 20.0  # in s, long enough that the size of an empty file does not matter
 HAND_SECONDS = 0.02
-STROKE, STROKE_HZ = 0.02, 0.8  # m and Hz: a slow hand, whose data can be compressed
+STROKE, STROKE_HZ = 0.02, 0.8  # amplitude in m and frequency in Hz of a slow hand
 FASTEST, USUAL = 4000.0, 1000.0  # rates in Hz
 
 

@@ -19,7 +19,7 @@ NAME, ORDER = "verdict", 31
 LATE = 1e-3
 # stiffness of a spring in N/m at 1 kHz and 1 ms delay, whose limit is 334 N/m
 STIFFNESS = {"calm": 100.0, "near the limit": 320.0, "above": 500.0, "buzzing": 1800.0}
-PUSHES = (0.5e-3, 6e-3)  # m: pushes below and above the boundary at 500 N/m
+PUSHES = (0.5e-3, 6e-3)  # in m, below and above the boundary at 500 N/m
 
 
 def scenes() -> dict[str, tuple[VerdictInput, str]]:
