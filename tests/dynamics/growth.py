@@ -2,8 +2,8 @@
 
 import numpy as np
 
-# growth in 1/s of 2 kg, 1 N·s/m, 300 N/m: free at 1 kHz, then with a contact of 1000 N/m at 1 kHz and at 230
-# Hz. The exact growth is -0.25.
+# Growth in 1/s of a mass of 2 kg with 1 N·s/m on 300 N/m. Columns: without contact at 1 kHz; with a contact
+# of 1000 N/m at 1 kHz, and at 230 Hz. The exact growth is -0.25 1/s.
 COURSE_RATES = {
     "explicit_euler": (-0.175, 0.075, 1.158),
     "lecture": (-0.175, 0.075, 1.153),

@@ -85,7 +85,7 @@ def test_exact_keeps_the_energy_over_many_bounces():
 
 @pytest.mark.parametrize(("method", "weight"), [("implicit_euler", 1.0), ("trapezoid", 0.5)])
 def test_implicit_steps_solve_their_equation(method, weight, rng):
-    """Bracketing solves v1 = v + h ((1 - w) a0 + w a(x1, v1)) and x1 = x + h ((1 - w) v + w v1)."""
+    """A root finder solves v1 = v + h ((1 - w) a0 + w a(x1, v1)) and x1 = x + h ((1 - w) v + w v1)."""
     for _ in range(400):
         world, x, v = anywhere(rng)
         h = 10 ** rng.uniform(-3.3, -2.0)

@@ -104,7 +104,7 @@ def test_without_slips_there_is_no_period():
 
 @pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])
 def test_lugres_classic_motion_agrees_with_the_literature(dt):
-    """The parameters are Canudas de Wit's; break-away, period, forces and greatest speed agree."""
+    """The parameters are Canudas de Wit's; break-away, period, forces and greatest speed are his."""
     given = {"mass": 1.0, "spring": 2.0, "static": 1.5, "kinetic": 1.0, "viscous": 0.4, "speed": 0.1}
     options = {"stiffness": 1e5, "damping": math.sqrt(1e5), "stribeck_velocity": 0.001}
     t, _, v, force = hs.stick_slip("lugre", **given, **options, dt=dt, seconds=60.0)
