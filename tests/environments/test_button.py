@@ -42,7 +42,7 @@ def test_follows_the_reference_curve(numbers, first, drop, energy):
 
 @pytest.mark.parametrize("position", [-0.03, 0.005])
 def test_press_and_release_differ_by_twice_the_hysteresis(position):
-    """Both curves are visible in a plot.
+    """The forces while pressing and releasing are the two curves that the window plots.
 
     After a reversal, the force reaches the other curve within a distance of 2 h / (1500 N/m).
     """

@@ -11,7 +11,7 @@ from hapkit_studio.environments import cat
 from tests.environments.calling import column, imposed
 from tests.wide import wide
 
-STROKE = {"pet": 1.2, "rub": 0.3}  # s: duration of a stroke from one end to the other
+STROKE = {"pet": 1.2, "rub": 0.3}  # duration in s of a stroke from one end to the other
 
 
 def grown(gain, speed, start, seconds):
@@ -202,4 +202,4 @@ def contented(t):
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 
-RESTED = 0.6 + 11 * 1.2 + 0.2  # s: time at which the handle has rested long enough
+RESTED = 0.6 + 11 * 1.2 + 0.2  # time in s at which the handle has rested long enough
