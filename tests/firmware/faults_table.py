@@ -36,10 +36,10 @@ class Measured:
     """The figures of one run, which are NaN if they do not apply."""
 
     name: str
-    peak: float  # N: largest force at the motor's pins
-    off: float  # s: time from START until the motor was off
-    on_while_off: float  # s: time before END in which the motor was on again, although it must be off
-    back: float  # s: time from END until the full force was back
+    peak: float  # largest force in N at the motor's pins
+    off: float  # time in s from START until the motor was off
+    on_while_off: float  # time in s before END in which the motor was on again, although it must be off
+    back: float  # time in s from END until the full force was back
     rows: int
     wrong_rows: int  # number of rows that have a wrong position and no gap mark
     unmarked_gaps: int

@@ -1,4 +1,4 @@
-"""Every fault stays within its bounds: force, time until off, time until back, and no wrong records."""
+"""Every fault stays within its bounds of force and time, and no wrong positions are recorded."""
 
 import json
 import os

@@ -26,7 +26,7 @@ from tests.wide import wide
 ENVIRONMENTS = built_in()
 pytestmark = [needs_board, needs_compiler]
 
-BOUND = 2e-3  # N: largest difference from the Python law
+BOUND = 2e-3  # largest difference in N from the Python law
 ARENA = machine.ARENA
 # the handle first rests, then moves into and out of objects on both sides
 MOTION = ("0 position 0", "0.15 position 0.013 0.06", "0.22 position -0.02 0.1", "0.33 position 0.011 0.08")

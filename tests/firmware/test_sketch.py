@@ -44,7 +44,7 @@ _LANGUAGES = {
     ".ino": ["avr-g++", *_CXX, "-x", "c++", "-include", "Arduino.h"],
 }
 _STRICT = ["-Wall", "-Wextra", "-Werror"]
-FADE = 0.5  # s: duration of a sketch's fade-in
+FADE = 0.5  # duration in s of a sketch's fade-in
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def asked(environment: Environment, values, position: np.ndarray, rate: float, s
     return np.clip(force * fade, -3.0, 3.0)
 
 
-ARITHMETIC = 2e-3  # N: difference between single and double precision
+ARITHMETIC = 2e-3  # difference in N between single and double precision
 SWEEP = ("0.1 position 0.012 0.1", "0.25 position -0.03 0.2", "0.47 position 0.02 0.2")
 SECONDS = 0.7
 # laws with state, with branches, with other rates and estimators; then the most expensive ones
@@ -392,7 +392,7 @@ def test_the_firmware_sends_hello_and_every_sample(elf):
 @pytest.mark.slow
 @needs_ide
 def test_the_firmwares_wall_has_its_stiffness(elf, tmp_path):
-    """The wall has 400 N/m from 4 mm on, and no force before; a force answers the previous reading."""
+    """The wall has 400 N/m from 4 mm on, and no force before; each force is that of the previous reading."""
     values = environments.named("wall").values({"stiffness": WALL_STIFFNESS, "position": WALL})
     law = program(environments.named("wall"), values, 4000, ARENA)
     run = render(tmp_path, law, 4000, 0.45, BOTH_SIDES, options=AT_ZERO, firmware=elf)
