@@ -59,7 +59,7 @@ def size(folder: Path) -> int:
 
 
 def clean(home: Path, **variables: str) -> dict[str, str]:
-    """Return the environment of a new user without a display."""
+    """Return the environment variables of a new user without a display."""
     home.mkdir(parents=True, exist_ok=True)
     base = {"HOME": str(home), "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "QT_QPA_PLATFORM": "offscreen"}
     return base | variables

@@ -22,9 +22,9 @@ from tests.bench.window import open_window, process_until
 
 PATIENCE = 120.0
 STEPS, STEP_SECONDS = 25, 0.02
-PLACED = 0.3  # s: duration that two pixel columns show in a plot of a minute
-PRESSED = 0.012  # m: the hand's target, which is inside the wall
-FADED = 1.0  # s: longer than the fade-in of new settings
+PLACED = 0.3  # time in s that two pixel columns show in a plot of a minute
+PRESSED = 0.012  # the hand's target in m, which is inside the wall
+FADED = 1.0  # time in s, longer than the fade-in of new settings
 
 
 class Person:

@@ -24,7 +24,7 @@ def drawn(run, **given):
 
 
 def curve(axes):
-    """Return the law's curve as drawn (2, n), or an empty array if there is none."""
+    """Return the law's curve as drawn (2, n), or an empty array if it is not drawn."""
     found = [line for line in axes.lines if line.get_label() == "theory"]
     return np.array(found[0].get_data())[:, ::-1] if found else np.empty((2, 0))
 
