@@ -21,7 +21,7 @@ def warm_up() -> None:
         rendered.classes(LoopSettings(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
         for _, prepare, _ in plan.runs(plan.scenes[-1]):
-            prepare()()
+            prepare(1)[0]()
     for failure in failures.failures().values():
         limit = failure.inside(failure.case())
         if math.isfinite(limit):

@@ -5,13 +5,13 @@ friction, and the friction environment's law renders each model on the handle wi
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import plan
+from hapkit_studio.analysis.accuracy.plan import FELT, Motion, Plan, Point, Run, Scene, board_cycles
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
@@ -36,8 +36,8 @@ LABELS = {key: key.replace("_", " ").capitalize() for key in MODELS}
 LABELS |= {"lugre": "LuGre", "hayward_armstrong": "Hayward–Armstrong"}
 
 
-def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[], float]]:
-    """Return two functions: the first computes a model's stick-slip, the second returns its period error."""
+def drawn(model: str, dt: float, times: int = 1) -> Motion:
+    """Return a model's stick-slip; its error is the relative error of the period."""
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
     t = instants(DRAWN_SECONDS, dt)
@@ -48,15 +48,11 @@ def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[]
     return work, lambda: stick_slip.period_error(t, applied - SPRING * x, period)
 
 
-def period_error(model: str, dt: float) -> float:
-    """Return the relative period error of a model."""
-    work, error = drawn(model, dt)
-    work()
-    return error()
+def at_rest(model: str, dt: float, times: int = 1) -> Motion:
+    """Return the motion of a frictionless handle that a friction model brings to rest.
 
-
-def at_rest(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
-    """Return a function that renders a friction model on a frictionless handle, which slides and stops."""
+    Its error is the mean drift of the handle in m/s from HELD_FROM on.
+    """
     law = environments.named("friction")
     levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
@@ -66,48 +62,39 @@ def at_rest(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
         return (PULL + TREMBLING * np.sin(2.0 * math.pi * TREMOR * t)) / _SOFT
 
     pull = Hand(stiffness=_SOFT, target=target, vectorised=True)
-    return headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1).run
+    made = headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1)
+
+    def drift() -> float:
+        x = made.out[:, rows.TRUE_POSITION]
+        return abs(float(x[-1] - x[round(HELD_FROM / dt)])) / (HELD_SECONDS - HELD_FROM)
+
+    return made.run, drift
 
 
-def handle_drift(model: str, dt: float) -> float:
-    """Return the mean drift of the handle in m/s from HELD_FROM on; inf if not finite."""
-    x = at_rest(model, dt)()[:, rows.TRUE_POSITION]
-    found = abs(float(x[-1] - x[round(HELD_FROM / dt)])) / (HELD_SECONDS - HELD_FROM)
-    return found if math.isfinite(found) else math.inf
-
-
-def _draw(*given):
-    return drawn(*given)[0]
-
-
-def runs(scene: plan.Scene) -> list[plan.Run]:
-    """Return the runs of every model at every step."""
+def runs(scene: Scene) -> Iterator[Run]:
+    """Yield the runs of every model at every step."""
     handle = scene.key == "handle"
-    seconds, found = HELD_SECONDS if handle else DRAWN_SECONDS, []
+    motion, seconds = (at_rest, HELD_SECONDS) if handle else (drawn, DRAWN_SECONDS)
     for model in RENDERED if handle else MODELS:
         for dt in STEPS:
-            times = plan.repeats(round(seconds / dt))
-            prepare: plan.Prepare = partial(at_rest if handle else _draw, model, dt, times)
-            error = handle_drift(model, dt) if handle else period_error(model, dt)
-            cycles = plan.board_cycles("friction", "model", model, 1.0 / dt) if handle else math.nan
-            found.append((plan.Point(model, LABELS[model], dt, error, cycles), prepare, times * seconds))
-    return found
+            cycles = board_cycles("friction", "model", model, 1.0 / dt) if handle else math.nan
+            yield Point(model, LABELS[model], dt, cycles=cycles), partial(motion, model, dt), seconds
 
 
 RESTING = "A handle rests if it drifts by less than one count of the Hapkit's sensor (20.7 µm) in two seconds"
 _LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, pulled by 300 N/m at 2 cm/s")
-PLAN = plan.Plan(
+PLAN = Plan(
     "friction",
     "Friction",
     "Which friction model slips at the right time and holds at rest, and at what cost?",
     LABELS,
     (
-        plan.Scene(
+        Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
-            f"{plan.FELT}; a period is the time from one slip to the next", "",
+            f"{FELT}; a period is the time from one slip to the next", "",
             (_DRAWN, _LEVELS, ("Reference", "exact formula")),
         ),
-        plan.Scene(
+        Scene(
             "handle", "A handle held by friction", "drift of the handle at rest", 1e-5, RESTING, "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"),

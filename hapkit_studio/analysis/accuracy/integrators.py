@@ -6,40 +6,43 @@ environment that uses the integrator.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy.plan import FELT, Plan, Point, Run, Scene, always, board_cycles, repeats
+from hapkit_studio.analysis.accuracy.plan import FELT, Motion, Plan, Point, Run, Scene, board_cycles
 from hapkit_studio.dynamics.integrators import INTEGRATORS, Body, drive, instants
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.dynamics.stick_slip import exact_period, period_error
 from hapkit_studio.environments.pushed import LABELS
 
 DEFLECTION, DRAWN = 0.010, 0.02  # initial deflection in m; speed of the spring's end in m/s
+METHODS = dict(zip(INTEGRATORS, LABELS, strict=True))
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
-# a function that computes a motion, and a function that afterwards returns its error
-Motion = tuple[Callable[[], object], Callable[[], float]]
 
 
-def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
+def swinging(body: Body, method: str, h: float, times: int = 1) -> Motion:
     """Return the motion of a mass on a spring and a damper for 1 s, released 10 mm off the equilibrium.
 
     Its error is the largest distance from the closed-form solution, divided by the initial deflection.
     """
     t = instants(1.0, h)
     x, v = np.full_like(t, DEFLECTION), np.zeros_like(t)
-    rate = body.damping / (2.0 * body.mass)
-    omega = math.sqrt(body.stiffness / body.mass - rate * rate)
-    true = DEFLECTION * np.exp(-rate * t) * (np.cos(omega * t) + rate / omega * np.sin(omega * t))
     given = body.numbers(), np.zeros_like(t), np.full_like(t, -FAR)
-    work = partial(drive, float(method), times, h, *given, x, v)
-    return work, lambda: float(np.abs(x - true).max()) / DEFLECTION
+    work = partial(drive, float(INTEGRATORS.index(method)), times, h, *given, x, v)
+
+    def error() -> float:
+        rate = body.damping / (2.0 * body.mass)
+        omega = math.sqrt(body.stiffness / body.mass - rate * rate)
+        true = DEFLECTION * np.exp(-rate * t) * (np.cos(omega * t) + rate / omega * np.sin(omega * t))
+        return float(np.abs(x - true).max()) / DEFLECTION
+
+    return work, error
 
 
-def stick_slip(method: int, h: float, times: int = 1) -> Motion:
+def stick_slip(method: str, h: float, times: int = 1) -> Motion:
     """Return the motion of a slider on a rough ground for 3 s; a spring's end pulls it at 2 cm/s.
 
     Its error is the relative error of the period.
@@ -47,7 +50,8 @@ def stick_slip(method: int, h: float, times: int = 1) -> Motion:
     body, t = Body(0.05, stiffness=300.0, static=1.0, kinetic=0.5), instants(3.0, h)
     pull, x, v = body.stiffness * DRAWN * t, np.zeros_like(t), np.zeros_like(t)
     true = exact_period(body.mass, body.stiffness, body.static, body.kinetic, DRAWN)
-    work = partial(drive, float(method), times, h, body.numbers(), pull, np.full_like(t, -FAR), x, v)
+    given = body.numbers(), pull, np.full_like(t, -FAR)
+    work = partial(drive, float(INTEGRATORS.index(method)), times, h, *given, x, v)
     return work, lambda: period_error(t, pull - body.stiffness * x, true)
 
 
@@ -61,25 +65,13 @@ MOTIONS: dict[str, tuple[Callable[..., Motion], float, str]] = {
 }
 
 
-def error(scene: str, method: int, h: float) -> float:
-    """Return the error of a method at steps of h s; inf if the motion is not finite."""
-    work, found = MOTIONS[scene][0](method, h)
-    work()
-    with np.errstate(all="ignore"):
-        off = found()
-    return off if math.isfinite(off) else math.inf
-
-
-def runs(scene: Scene) -> list[Run]:
-    """Return the runs of every integrator at every step."""
+def runs(scene: Scene) -> Iterator[Run]:
+    """Yield the runs of every integrator at every step."""
     motion, seconds, law = MOTIONS[scene.key]
-    found: list[Run] = []
-    for number, (key, label) in enumerate(zip(INTEGRATORS, LABELS, strict=True)):
+    for key, label in METHODS.items():
         for h in STEPS:
-            times, cycles = repeats(round(seconds / h)), board_cycles(law, "integrator", key, 1.0 / h)
-            work, off = always(motion(number, h, times)[0]), error(scene.key, number, h)
-            found.append((Point(key, label, h, off, cycles), work, times * seconds))
-    return found
+            cycles = board_cycles(law, "integrator", key, 1.0 / h)
+            yield Point(key, label, h, cycles=cycles), partial(motion, key, h), seconds
 
 
 _SWINGING = (
@@ -97,7 +89,7 @@ PLAN = Plan(
     "integrators",
     "Integrators",
     "Which integrator is most accurate for its cost?",
-    dict(zip(INTEGRATORS, LABELS, strict=True)),
+    METHODS,
     (
         Scene("damped", "Damped mass", _FIRST, 0.02, _THIRD, "", (*_SWINGING, _DAMPER)),
         Scene("free", "Free mass", _FIRST, 0.02, _THIRD, "", _SWINGING),

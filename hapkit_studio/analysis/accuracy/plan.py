@@ -10,7 +10,7 @@ but never shorten it.
 import math
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,8 +22,6 @@ from hapkit_studio.laws.machine import ARENA
 
 # the reason for a tolerance of 2 %
 FELT = "A third of the smallest change of force that people can feel (6 %)"
-Work = Callable[[], object]
-Prepare = Callable[[], Work]
 # fractions of the true value; for an error in m/s, 0.1 stands for the scene's own tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
 # decades of error: largest deviation of points from the straight line whose slope is the order of convergence
@@ -41,7 +39,7 @@ class Point:
     method: str
     label: str
     step_s: float
-    error: float
+    error: float = math.nan
     cycles: float = math.nan
     ns: float = math.nan
     spread: float = 0.0
@@ -51,8 +49,19 @@ class Point:
         return self.cycles if board else self.ns
 
 
-# a point without its cost, the work to be timed, and the simulated seconds of the work
-Run = tuple[Point, Prepare, float]
+Work = Callable[[], object]
+Motion = tuple[Work, Callable[[], float]]  # a simulation, and a function that afterwards returns its error
+# a point without error and time, a function that prepares so many repetitions, and the simulated seconds
+Run = tuple[Point, Callable[[int], Motion], float]
+
+
+def error(prepare: Callable[[int], Motion]) -> float:
+    """Run a simulation once, and return its error; inf if it is not finite."""
+    work, found = prepare(1)
+    work()
+    with np.errstate(all="ignore"):
+        off = found()
+    return off if math.isfinite(off) else math.inf
 
 
 def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
@@ -130,21 +139,26 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Plan:
-    """One chart; ``runs(scene)`` computes every error. A module declares its chart as ``PLAN``."""
+    """One chart; ``runs(scene)`` returns its simulations. A module declares its chart as ``PLAN``."""
 
     key: str
     title: str
     question: str
     methods: Mapping[str, str]
     scenes: tuple[Scene, ...]
-    runs: Callable[[Scene], Sequence[Run]]
+    runs: Callable[[Scene], Iterable[Run]]
     order: int
 
     def sheet(self, scene: Scene) -> Sheet:
         """Return a scene's sheet; its runs are timed alternately."""
-        points, prepares, seconds = zip(*self.runs(scene), strict=True)
-        timed = zip(points, shortest(prepares), seconds, strict=True)
-        found = [replace(p, ns=ns / of, spread=spread / of) for p, (ns, spread), of in timed]
+        runs = list(self.runs(scene))
+        # short work is repeated until TIMED_STEPS steps are timed together
+        times = [max(1, math.ceil(TIMED_STEPS / round(seconds / p.step_s))) for p, _, seconds in runs]
+        works = [lambda run=run, n=n: run[1](n)[0] for run, n in zip(runs, times, strict=True)]
+        found = []
+        for (point, prepare, seconds), n, (ns, spread) in zip(runs, times, shortest(works), strict=True):
+            of = n * seconds
+            found.append(replace(point, error=error(prepare), ns=ns / of, spread=spread / of))
         return Sheet(self.key, scene, self.methods, tuple(found))
 
 
@@ -163,19 +177,7 @@ def board_cycles(environment: str, parameter: str, option: str, rate: float) -> 
     return board_plan.CLOCK * board_plan.share(planned.program, rate)
 
 
-TIMED_STEPS = 8000  # short work is repeated until this number of steps is timed together
-
-
-def repeats(steps: int) -> int:
-    """Return how often work with this number of steps is repeated for one timing."""
-    return max(1, -(-TIMED_STEPS // max(steps, 1)))
-
-
-def always(work: Work) -> Prepare:
-    """Return a ``Prepare`` function for work that needs no preparation."""
-    return lambda: work
-
-
+TIMED_STEPS = 8000
 LEAST_TURNS, MOST_TURNS = 40, 400
 # A minimum is confirmed if HITS runs are within the factor NEAR of it, or after ENOUGH_NS ns of work.
 HITS, NEAR = 8, 1.03
@@ -185,7 +187,9 @@ ENOUGH_NS = 500_000_000
 CLOCK: Callable[[], int] = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
 
 
-def shortest(prepares: Sequence[Prepare], now: Callable[[], int] = CLOCK) -> list[tuple[float, float]]:
+def shortest(
+    prepares: Sequence[Callable[[], Work]], now: Callable[[], int] = CLOCK
+) -> list[tuple[float, float]]:
     """Return a confirmed minimum in ns of each candidate's work, and its spread.
 
     The preparation is not timed. A round runs every candidate once; each round starts with the next

@@ -5,13 +5,13 @@ path is compared with the path at a wall that is rendered at FINE_RATE.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from functools import cache, partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy.plan import FELT, Plan, Point, Run, Scene, board_cycles, repeats
+from hapkit_studio.analysis.accuracy.plan import FELT, Motion, Plan, Point, Run, Scene, board_cycles
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -38,30 +38,29 @@ def continuous() -> np.ndarray:
     return headless.render_every(_scene(FINE_RATE, 0.0), SCRIPTS["tap"], count, 25)[:, rows.TRUE_POSITION]
 
 
-def _stage(rate: float, delay: float, times: int) -> Callable[[], np.ndarray]:
-    count = round(times * TAP_SECONDS * rate)
-    return headless.prepare_run(_scene(rate, delay), SCRIPTS["tap"], count).run
+def tap(rate: float, delay: float, times: int = 1) -> Motion:
+    """Return a tap on the wall.
+
+    Its error is the largest distance from the handle's true path, divided by the deepest penetration.
+    """
+    made = headless.prepare_run(_scene(rate, delay), SCRIPTS["tap"], round(times * TAP_SECONDS * rate))
+
+    def error() -> float:
+        true, place = continuous(), environments.named("wall").values()["position"]
+        rendered = made.out[:, rows.TRUE_POSITION]
+        at = np.arange(rendered.size) * round(FINE_RATE / 25.0 / rate)
+        return float(np.abs(rendered - true[at]).max() / (true.max() - place))
+
+    return made.run, error
 
 
-def contact_error(rate: float, delay: float) -> float:
-    """Return the largest distance from the handle's true path, divided by the deepest penetration."""
-    true, place = continuous(), environments.named("wall").values()["position"]
-    rendered = _stage(rate, delay, 1)()[:, rows.TRUE_POSITION]
-    at = np.arange(rendered.size) * round(FINE_RATE / 25.0 / rate)
-    return float(np.abs(rendered - true[at]).max() / (true.max() - place))
-
-
-def runs(scene: Scene) -> list[Run]:
-    """Return the runs of every rate, with and without the delay."""
-    found: list[Run] = []
+def runs(scene: Scene) -> Iterator[Run]:
+    """Yield the runs of every rate, with and without the delay."""
     for method, delay in DELAYS.items():
         for rate in RATES:
-            times = repeats(round(TAP_SECONDS * rate))
-            prepare = partial(_stage, rate, delay, times)
             cycles = math.nan if delay else board_cycles("wall", "damping_mode", "into", rate)
-            error, seconds = contact_error(rate, delay), times * TAP_SECONDS
-            found.append((Point(method, LABELS[method], 1.0 / rate, error, cycles), prepare, seconds))
-    return found
+            point = Point(method, LABELS[method], 1.0 / rate, cycles=cycles)
+            yield point, partial(tap, rate, delay), TAP_SECONDS
 
 
 CONDITIONS = (

@@ -6,13 +6,13 @@ law and the simulated handle.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy.plan import Plan, Point, Run, Scene
+from hapkit_studio.analysis.accuracy.plan import Motion, Plan, Point, Run, Scene
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -76,31 +76,29 @@ def label(key: str, options: dict[str, float]) -> str:
     return " ".join([SHORT[key], *words])
 
 
-def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np.ndarray]:
-    """Return a function that renders a signal once and returns its telemetry rows."""
+def estimated(spec: tuple[str, dict[str, float]], signal: str, times: int = 1) -> Motion:
+    """Return the estimation of a signal's velocity; its error is the rms from JUDGED_FROM on."""
     position, velocity = SIGNALS[signal][1]()
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, max_force=math.inf)
     law = environments.named("damping")
     loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
     out = headless.new_rows(T.size)
 
-    def work() -> np.ndarray:
-        headless.run_prescribed(loop, body, position, velocity, out)
-        return out
+    def work() -> None:
+        for _ in range(times):
+            headless.run_prescribed(loop, body, position, velocity, out)
 
-    return work
+    def error() -> float:
+        off = (out[:, rows.VELOCITY] - velocity)[JUDGED_FROM:]
+        return float(np.sqrt(np.mean(off * off)))
+
+    return work, error
 
 
-def runs(scene: Scene) -> list[Run]:
-    """Return the runs of every estimator with every option on one signal."""
-    found: list[Run] = []
-    true = SIGNALS[scene.key][1]()[1]
+def runs(scene: Scene) -> Iterator[Run]:
+    """Yield the runs of every estimator with every option on one signal."""
     for spec in VARIANTS:
-        work = partial(prepared, spec, scene.key)
-        off = (work()()[:, rows.VELOCITY] - true)[JUDGED_FROM:]
-        error = float(np.sqrt(np.mean(off * off)))
-        found.append((Point(spec[0], label(*spec), 1.0 / RATE, error), work, SECONDS))
-    return found
+        yield Point(spec[0], label(*spec), 1.0 / RATE), partial(estimated, spec, scene.key), SECONDS
 
 
 CONDITIONS = (("Sensor", f"{1e6 * QUANTUM:g} µm"), ("Rate", "1 kHz"), ("Judged", "from 0.3 s to 3 s"))

@@ -1,11 +1,13 @@
 """Stick-slip of a mass pulled by a spring: plain Python recomputes the period error of every row."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.accuracy import friction, integrators
+from hapkit_studio.analysis.accuracy.plan import error
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 from tests.analysis.accuracy.test_methods import one_step
@@ -122,7 +124,7 @@ def test_every_friction_models_period_is_that_of_plain_python(model):
             x += dt * v
         with np.errstate(all="ignore"):
             wanted = period_error(np.array(forces), dt)
-        assert friction.period_error(model, dt) == pytest.approx(wanted, rel=0.04, abs=2e-3), dt
+        assert error(partial(friction.drawn, model, dt)) == pytest.approx(wanted, rel=0.04, abs=2e-3), dt
 
 
 def exact_step(x, v, pull, h):
@@ -173,5 +175,5 @@ def test_every_integrators_period_is_that_of_plain_python(method):
             u = toward_zero(free, most * h / MASS)
             x, v, before = q + follows * (u - free), u, forces[-1] / MASS
         wanted = period_error(np.array(forces), h)
-        found = integrators.error("stick_slip", INTEGRATORS.index(method), h)
+        found = error(partial(integrators.stick_slip, method, h))
         assert found == pytest.approx(wanted, rel=0.02, abs=2e-3), h

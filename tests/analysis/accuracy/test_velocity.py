@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from hapkit_studio.analysis.accuracy import velocity
+from hapkit_studio.analysis.accuracy.plan import error
 from hapkit_studio.analysis.accuracy.velocity import PLAN, SIGNALS, VARIANTS
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
@@ -50,7 +51,7 @@ def filtered(spec, position):
 @pytest.mark.parametrize("scene", PLAN.scenes, ids=lambda scene: scene.key)
 def test_errors_agree_with_independent_filters_on_the_products_sensor(scene):
     assert SimulatedHapkit().quantum == QUANTUM
-    found = {point.label: point.error for point, _, _ in velocity.runs(scene)}
+    found = {point.label: error(prepare) for point, prepare, _ in velocity.runs(scene)}
     position, true = SIGNALS[scene.key][1]()
     for key, options in VARIANTS:
         off = (filtered((key, options), position) - true)[300:]
@@ -60,7 +61,7 @@ def test_errors_agree_with_independent_filters_on_the_products_sensor(scene):
 def test_no_estimator_is_within_tolerance_in_every_motion_and_the_default_is_in_most():
     passed = {}
     for scene in PLAN.scenes:
-        for point, _, _ in PLAN.runs(scene):
-            passed[point.label] = passed.get(point.label, 0) + (point.error <= scene.tolerance)
+        for point, prepare, _ in PLAN.runs(scene):
+            passed[point.label] = passed.get(point.label, 0) + (error(prepare) <= scene.tolerance)
     assert USUAL_LOOP.estimator == "kalman"
     assert passed["Kalman q = 0.01"] == max(passed.values()) == 5
