@@ -27,7 +27,7 @@ _LOCKABLE = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 @dataclass(frozen=True)
 class LabSettings:
-    """The settings of a lab's computer; if there is no file, nothing is limited or locked.
+    """The settings of a lab's computer; without a file, nothing is limited or locked.
 
     ``force_limit`` in N applies to every loop with a motor. ``devices`` are patterns of the keys of allowed
     devices; None allows all. ``lessons`` is a folder of lessons in addition to the studio's. ``locked`` are
