@@ -55,7 +55,7 @@ class BoardThread(QObject):
         self._timer.timeout.connect(self._read_reports)
         self.destroyed.connect(self._quit.set)  # end the thread when its owner is destroyed
         self._worker = Worker("wizard")
-        self._running: Future[None] | None = None  # from opening the board until it is closed
+        self._running: Future[None] | None = None  # the task of the thread while the board is open
 
     def start(self) -> None:
         """Open the board; after a failure, open it again without earlier state."""
@@ -76,7 +76,7 @@ class BoardThread(QObject):
     def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
         """Run a job, then call ``after(result)`` in the window's thread.
 
-        Return False if another job runs or if there is no board.
+        Return False if another job runs or the board is not open.
         """
         if self.busy or self.runner is None:
             return False
@@ -166,7 +166,7 @@ class BoardThread(QObject):
                 time.sleep(_RETRY_SECONDS)
 
     def _next_job(self, runner: BoardRunner) -> None:
-        """Keep the motor off until there is a job, then run it."""
+        """Keep the motor off until a job is requested, then run the job."""
         runner.idle(until=lambda: self._job is not None or self._quit.is_set())
         job, self._job = self._job, None
         if job is None:

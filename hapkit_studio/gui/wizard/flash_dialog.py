@@ -127,7 +127,7 @@ class FlashDialog(FormDialog):
         )
 
     def _show_answer(self) -> None:
-        """Show the flashed board's answer, or the reason why there is none."""
+        """Show the flashed board's answer, or the reason why the board does not answer."""
         link, engine = self._studio.link, self._studio.engine
         if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
             return

@@ -102,7 +102,7 @@ class HandleView(SceneView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._dragging = False
-        self.set_hand_enabled(self._hand_enabled)  # this shows the open hand again
+        self.set_hand_enabled(self._hand_enabled)  # this shows the pointer as an open hand again
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         event.ignore()  # the page scrolls with this event
@@ -246,7 +246,7 @@ class SensorPlot(RecentPlot):
 
 
 class PositionPlot(RecentPlot):
-    """Plots positions relative to the handle's start, with a sweep's limits at ± 25 mm."""
+    """Plots positions relative to the handle's start, with lines at the limits of a sweep (± 25 mm)."""
 
     LIMIT = 25.0
     start: float | None = None

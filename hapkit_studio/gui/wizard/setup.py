@@ -48,7 +48,7 @@ class _Pages(QWizard):
 
 
 class SetupDialog(BoardDialog):
-    """Shows the steps with Back, Next, Skip and a list.
+    """Shows the steps, a list of them, and the buttons Back, Next and Skip.
 
     The board acts only after the user has pressed a button.
     """

@@ -115,7 +115,7 @@ class StepPage(QWizardPage):
     def add_handle(self, picture: QWidget | None = None) -> None:
         """Add a picture of the handle beside another picture.
 
-        The user can drag its hand if the board has one.
+        If the board has a simulated hand, the user can drag this hand.
         """
         view = self.handle = HandleView(with_force=self.pushes)
         view.hand_moved.connect(self.board.move_hand)

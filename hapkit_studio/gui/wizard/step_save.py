@@ -1,4 +1,4 @@
-"""The step Save: it shows the changes, asks for the kit's name, and saves them on the board and on disk."""
+"""The step Save: it asks for the kit's name, and saves the changed settings on the board and on disk."""
 
 import math
 from collections.abc import Callable
