@@ -40,15 +40,15 @@ SETTINGS = record(
     ("estimator", "i8"),  # a code of dynamics.estimators, or TRUTH
     ("generation", "i8"),  # every change increments this number
     ("hand_on", "i8"),
-    # address of the function that returns the energy stored in virtual objects; 0 if there is none
+    # address of the function that returns the energy stored in virtual objects; 0 without such objects
     ("stored", "i8"),
     ("releases", "i8"),  # how often the simulated handle was released with its speed set to zero
     # digest of the board's law, rate and estimator, without constants; 0 if the computer renders
     ("code_id", "i8"),
     ("program_id", "i8"),  # digest of the law's bytes, including the constants
-    ("board_law", "i8"),  # address on this computer of the law that the board renders
+    ("board_law", "i8"),  # address, on this computer, of the law that the board renders
     ("board_form", "i8", 7),  # header of the law for the board, in the order of link.PERIOD to link.CHECK
-    ("board_moving", "i8"),  # number of constants for which the board has change buffers
+    ("board_moving", "i8"),  # largest number of constants that the board can ramp at the same time
 )
 
 PROGRAM_WORDS = 256

@@ -28,8 +28,8 @@ class BlockContent:
     ``true_velocity`` is true, the law gets the paddle's true velocity. ``designed_for`` is the sensor quantum
     in m that the estimator assumes; None means settings.quantum. ``target`` is the hand's target position in
     m; it is None after a release. ``releases`` is the number of times that a simulated handle was released
-    with its speed set to zero. ``decision`` states whether the computer or the board renders, and has the
-    board's plan in force.
+    with its speed set to zero. ``decision`` states whether the computer or the board renders, and contains
+    the board's plan.
     """
 
     environment: Environment

@@ -40,8 +40,8 @@ INSTEAD = "kalman"  # estimator that a board uses if it does not have the chosen
 class BoardPlan:
     """How a board renders a law: program, period in timer ticks, estimator and coefficients.
 
-    ``moving`` is the number of constants for which the board has change buffers. ``share`` is the typical
-    fraction of the processor that the law uses.
+    ``moving`` is the largest number of constants that the board can ramp at the same time. ``share`` is the
+    typical fraction of the processor that the law uses.
     """
 
     law: Law
@@ -78,7 +78,7 @@ def _digest(data: bytes) -> int:
 
 @dataclass(frozen=True)
 class RenderingDecision:
-    """The decision whether computer or board renders the settings in force; only the engine makes it.
+    """The decision whether computer or board renders the current settings; only the engine makes it.
 
     ``plan`` is how the board renders these settings, or would render them. It is None if the board cannot
     render them, or while the decision is ``pending``, which means that the law is being compiled for the
@@ -130,7 +130,7 @@ class BoardPlanner:
         return self._answers.get(request.key)
 
     def plan(self, request: PlanRequest) -> BoardPlan | str:
-        """Return the plan for a request, or one line that says why there is none.
+        """Return the plan for a request, or one line that says why the board cannot render the law.
 
         Compiling a law takes about 0.1 s.
         """
@@ -145,10 +145,7 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Plan for the requested or the fastest rate.
-
-        If the law does not fit, use the next rate that fits.
-        """
+        """Plan the rendering at the requested or the fastest rate."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
@@ -226,7 +223,7 @@ class BackgroundPlanner:
 
 @lru_cache(maxsize=_CACHE_SIZE)
 def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
-    """Return a law's program that fits into ``room`` bytes, or the reason why there is none."""
+    """Return a law's program that fits into ``room`` bytes, or the reason why it cannot be compiled."""
     from hapkit_studio.laws import board  # imported here because the import would delay the first sample
 
     values = dict(zip((p.key for p in law.parameters), numbers, strict=True))

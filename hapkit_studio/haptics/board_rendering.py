@@ -89,7 +89,7 @@ def fill_row(
 ) -> None:
     """Fill in the board's motion, force and state.
 
-    The state is stored only if the law in force is the law that the board renders.
+    The state is stored only if the board renders the law of the current settings.
     """
     t, sign = r.tick, conn.state.sign
     duty = int(sample[codec.PWM])
@@ -267,7 +267,7 @@ def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, c
 
 @internal
 def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
-    """Copy the law in force for sending, and give it a new generation number."""
+    """Copy the current law for sending, and give it a new generation number."""
     state = conn.state
     state.law_generation = next_generation(conn, k)
     state.code_id, state.program_id = code_id, r.settings.program_id
@@ -355,7 +355,7 @@ def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
-    """Send a new law, changed constants, or, if there are none, a keep-alive message."""
+    """Send a new law or changed constants; without changes, send a keep-alive message."""
     state = conn.state
     if r.tick.stale:
         return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)

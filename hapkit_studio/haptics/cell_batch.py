@@ -142,7 +142,7 @@ def restart(
     numbers: np.ndarray,
     start: float,
 ) -> None:
-    """Reset arrays and plant to the scene's initial state, with new parameters and a new start in m."""
+    """Reset arrays and plant to the scene's initial state, with new parameters and a start position in m."""
     for j in range(flat.shape[0]):
         flat[j] = made[j]
     for j in range(numbers.shape[0]):

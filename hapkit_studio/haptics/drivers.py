@@ -19,11 +19,11 @@ ZERO_FORCE_SECONDS = 0.5
 
 
 class Driver:
-    """The owner of one connection; ``run`` occupies its thread until the control word ``quit`` is set.
+    """The owner of one connection; ``run`` returns when the control word ``quit`` is set.
 
     ``zero_force_seconds`` is the duration of zero force after the start, in s. ``rate`` is the rate of the
-    device's clock in Hz, or None if the device has no clock. ``planner`` plans how the board renders laws. It
-    is None if there is no board; ``no_planner`` then states the reason in one line.
+    device's clock in Hz, or None if the device has no clock. ``planner`` plans how the board renders laws.
+    Without a board, it is None, and ``no_planner`` states the reason in one line.
     """
 
     zero_force_seconds = 0.0
@@ -39,7 +39,7 @@ class Driver:
         raise NotImplementedError
 
     def refusal(self, plan: BoardPlan) -> str:
-        """Return one line that says why the device refused a plan, or ""."""
+        """Return one line that says why the board refused a plan; "" if the board did not refuse it."""
         state = self.conn.state
         refused = state.refused == plan.code_id
         return board_plan.refusal_text(int(state.refusal)) if refused else ""

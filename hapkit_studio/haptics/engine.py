@@ -164,7 +164,7 @@ class Engine:
 
     @property
     def loop(self) -> LoopSettings:
-        """Return the loop settings in force, with the device's properties that the loop uses."""
+        """Return the current loop settings, with the device's properties that the loop uses."""
         return self._content.settings
 
     @property
@@ -187,7 +187,7 @@ class Engine:
 
     @property
     def max_force(self) -> float:
-        """Return the present force limit in N: that of the device, or a lower one."""
+        """Return the present force limit in N; it is at most the device's force limit."""
         return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
@@ -201,7 +201,7 @@ class Engine:
     def replace_environment(
         self, present: Environment, its_values: Mapping[str, float], key: str | Environment, values: Mapping
     ) -> bool:
-        """Switch to an environment only if ``present`` is still in force with the given values.
+        """Switch to an environment only if ``present`` is still rendered with the given values.
 
         Return True if the environment was switched.
         """
@@ -311,7 +311,7 @@ class Engine:
         self._change_loop(where=where, board_rate=rate)
 
     def decision(self, wait: bool = False) -> RenderingDecision:
-        """Return who renders the settings in force, and how.
+        """Return the decision whether computer or board renders the current settings.
 
         A law that is new to the board is compiled in the background. Until this is done the decision is
         pending, unless ``wait`` is true.
@@ -339,9 +339,9 @@ class Engine:
         )
 
     def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
-        """Return the board's plan for a block's content, or the reason why there is none.
+        """Return the board's plan for a block's content, or the reason why the board cannot render it.
 
-        Return None if it is not known yet.
+        Return None while the plan is being computed.
         """
         driver = self.driver
         if driver is None:
@@ -360,7 +360,7 @@ class Engine:
 
     @property
     def plan_request(self) -> PlanRequest:
-        """Return the request for the board to render the settings in force."""
+        """Return the request for the board to render the current settings."""
         return self._request(self._content)
 
     def _planned(self, planner: BoardPlanner) -> None:
@@ -386,7 +386,7 @@ class Engine:
     def loop_of(self, where: str, delay: float, hand: str = "released") -> LoopSettings | None:
         """Return the loop settings for rendering by the "computer" or the "board".
 
-        Return None if the board's plan is unknown, or if there is no plan.
+        Return None if the board cannot render the law, or if its plan is not known yet.
         """
         loop, modelled, decision = self.loop, self.modelled or self.device, self.decision()
         rate, estimator, controller = loop.rate, loop.estimator, loop.controller
@@ -476,7 +476,7 @@ class Engine:
 
     @property
     def excess(self) -> tuple[float, float]:
-        """Return the energy in J given beyond the limit, and the threshold in J for feeling it."""
+        """Return the law's energy beyond its limit in J, and the threshold in J above which this is felt."""
         watch, quantum = self.arrays.watch, float(self.arrays.settings.quantum)
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
         return float(watch.alarm.excess), felt

@@ -44,9 +44,9 @@ def run_batch(
 ) -> int:
     """Fill one row per sample and return the number of rows. Only a cancelled run fills fewer rows.
 
-    ``hand`` contains mass, damping and stiffness. ``targets`` (n + 1,) are in m and linear between samples.
-    Element k of ``holding`` (n,) is True if the hand holds the handle from sample k to the next. ``out`` is
-    (n, ROW_WIDTH); row 0 is the initial state.
+    ``hand`` contains mass, damping and stiffness. ``targets`` (n + 1,) are in m, with linear interpolation
+    between samples. Element k of ``holding`` (n,) is True if the hand holds the handle from sample k to the
+    next. ``out`` is (n, ROW_WIDTH); row 0 is the initial state.
     """
     settings = r.block.settings
     period, grip = settings.period, (hand[0], hand[1], hand[2])

@@ -1,4 +1,4 @@
-"""One serial connection in a loop: frames in, rows and answers out, for both serial drivers.
+"""One serial connection of a loop: it makes rows and answers from received frames, for both serial drivers.
 
 A board sends telemetry while it renders, and samples while the computer renders. The first frame of the other
 kind therefore shows that the handover is complete. The handover happens at zero force. In a handover to the
@@ -63,13 +63,13 @@ STATE = record(
     ("calibrated", "i8"),
     ("generation", "i8"),  # the last generation sent, for a law or for a change of its constants
     ("law_generation", "i8"),  # generation of the law; 0 before the first law
-    ("tuning", "i8"),  # generation of the change in progress; 0 if there is none
+    ("tuning", "i8"),  # generation of the change of constants in progress, or 0
     ("code_id", "i8"),  # code_id of the law last sent
     ("program_id", "i8"),  # program_id of this law; 0 if the constants on the board may differ
     ("law_due", "i8"),  # nonzero if the law must be sent again
     ("received", "i8"),  # number of the law's bytes that the board has received, and number of bytes sent
     ("sent", "i8"),
-    ("refused", "i8"),  # code_id of the law that the board refused, 0 if there is none; and the reason
+    ("refused", "i8"),  # code_id of the law that the board refused, or 0; and the reason
     ("refusal", "i8"),
     ("overruns", "i8"),  # the board's counters: missed ticks, forces that were too old, unreadable frames
     ("stale_reported", "i8"),
@@ -78,7 +78,7 @@ STATE = record(
     ("motor_seen_on", "i8"),  # nonzero after a force of the computer has switched the motor on
     ("left_out", "i8"),  # nonzero if samples that came after the last row were not written to rows
     ("last_was_sample", "i8"),  # nonzero if the last frame was a sample, which the computer's tick renders
-    ("answered", "i8"),  # number of the sample that the last force answered
+    ("answered", "i8"),  # number of the sample to which the last force belongs
     ("too_long", "i8"),  # number of consecutive answers that took longer than the board's watchdog time
 )
 

@@ -2,10 +2,11 @@
 
 The observer sums the energy that the law gives to handle and hand, and compares it with a limit: the energy
 that the law can give from the position at which the observer started. This limit is the maximum work of the
-law's static force. To compute it, the observer calls the law at rest and with its initial state, at a few
-more cells in every tick. For a law without a state the limit also decreases as the handle moves, so energy
-that a damper took earlier does not excuse energy given later. A law with moving objects reports the energy
-stored in them. Energy dissipated by the damping of the paddle raises the limit, at most by the excess.
+law's static force. To compute it, the observer divides the travel into cells, and calls the law, at rest and
+with its initial state, in a few more cells in every tick. For a law without a state the limit also decreases
+as the handle moves, so energy that a damper took earlier does not excuse energy given later. A law with
+moving objects reports the energy stored in them. Energy dissipated by the damping of the paddle raises the
+limit, at most by the excess.
 
 Quantisation causes no apparent energy. When the reading changes by one count, the handle is exactly at the
 edge between both counts, so a slow motion in and out over the same edges sums to zero.
@@ -192,7 +193,7 @@ def threshold(r: LoopArrays) -> float:
 
 @inlined
 def control(r: LoopArrays, period: float) -> float:
-    """Return the force in N along the motion that must be subtracted to remove the excess in a period."""
+    """Return the force in N, in the direction of motion, whose subtraction removes the excess in a period."""
     w = r.watch
     most = r.settings.damper
     if most == 0.0 or w.strict.excess <= FELT:
@@ -274,7 +275,7 @@ def extend_cells(r: LoopArrays, position: float, period: float) -> None:
 def reach(r: LoopArrays, position: float, period: float) -> int:
     """Return the last cell to evaluate.
 
-    It is beyond the position that the handle reaches in one period at twice its speed.
+    This cell is beyond the position that the handle reaches in one period at twice its speed.
 
     In a live loop the law's duration limits the number of cells.
     """

@@ -1,4 +1,4 @@
-"""The priority of the loop's thread: request the highest that the system grants, and describe the result.
+"""Request the highest priority that the system grants to the loop's thread, and describe the result.
 
 ``obtain`` and ``release`` are called in the thread that they change, ``demote`` from compiled code. The
 functions for Linux are in ``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>),

@@ -188,7 +188,7 @@ _NO_WAIT = 10e-6
 
 @internal
 def send(fd: int, frame: np.ndarray, size: int) -> None:
-    """Write a frame, if any; drop the frame if the line's buffer is full, which the board tolerates."""
+    """Write ``size`` bytes of a frame; drop them if the line's buffer is full, which the board tolerates."""
     if size > 0:
         clib.write(fd, frame.ctypes.data, size)
 
@@ -251,7 +251,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
 
 
 def warm_up() -> None:
-    """Compile or load everything that a sample needs: render a sample with a latched fault and no law."""
+    """Compile or load everything that a sample needs by rendering one with a latched fault and no law."""
     r, conn = new_arrays(block.new_block()), new_link(1.0)
     r.control.fault[0] = arrays.RUNAWAY
     frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)

@@ -53,7 +53,7 @@ class Swing(NamedTuple):
     # m: peak-to-peak amplitude; if the handle drifts, the mean width of the reversals, or the largest width
     # if the oscillation is irregular
     reach: np.ndarray
-    frequency: np.ndarray  # Hz; NaN if there is no complete cycle
+    frequency: np.ndarray  # Hz; NaN without a complete cycle
     clamped: np.ndarray  # fraction of the samples at which the force is at its limit
     samples: np.ndarray  # number of samples of the whole run, up to the end of its last window
     # (MOST_WINDOWS,) m: lowest and highest position of each window; if the handle drifts, 0 and the mean

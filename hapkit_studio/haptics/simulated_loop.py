@@ -30,7 +30,7 @@ POINTER_SECONDS = 0.012
 
 
 class Plant(NamedTuple):
-    """The device's arrays: motion and pending commands, constants, last configuration."""
+    """The device's arrays: its motion, its pending commands, its constants, and its last configuration."""
 
     dev: np.ndarray
     queue: np.ndarray
@@ -38,7 +38,7 @@ class Plant(NamedTuple):
 
 
 def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
-    """Return a plant at the device's initial motion, for delays of up to ``periods`` periods."""
+    """Return a plant at the device's initial position and velocity; delays can have ``periods`` periods."""
     start = device.initial_position, device.initial_velocity
     dev, queue = simulated.new_state(*start, periods, device.end_stops)
     constants = np.full(_CONSTANTS, math.nan)

@@ -342,7 +342,7 @@ def guard(
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample, fill in the columns that the tick computes, and return the motor force in N.
 
-    ``effect`` is the mean force in N in effect since the last sample. The driver fills in the times and the
+    ``effect`` is the mean motor force in N since the last sample. The driver fills in the times and the
     true motion. If the block requests the true velocity, the driver must fill in the true motion before it
     calls the tick.
     """
