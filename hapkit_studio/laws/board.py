@@ -47,7 +47,7 @@ class Program:
 
     @property
     def rest(self) -> int:
-        """Return the typical cycles of a tick without the law.
+        """Return the typical number of cycles of a tick without the law.
 
         They include the velocity estimate if the law reads the velocity.
         """
@@ -78,7 +78,7 @@ class Program:
 
 @dataclass
 class Code:
-    """An instruction before layout; its operands are variables, labels or numbers."""
+    """An instruction before slots are assigned; its operands are variables, labels or numbers."""
 
     name: str
     operands: tuple = ()

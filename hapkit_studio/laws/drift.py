@@ -35,7 +35,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class Form:
-    """An abstract value: the state ``base``, if any, plus a step.
+    """An abstract value: the sum of the state with the index ``base`` and a step, or only a step.
 
     ``parts`` are the dependencies of the step: DT, MOTION, FRACTION (a parameter or a non-integer number),
     and states by index. ``signs`` are the possible signs of the step; 0 means unknown. ``number`` is the

@@ -161,7 +161,7 @@ _QUOTED = re.compile(r"\"[^\"]*(\"|$)|'[^']*('|$)|#.*")
 
 
 def instead_of(name: str) -> str | None:
-    """Return the message on an undefined name or a function of ``math``; None if there is no message."""
+    """Return the message on an undefined name or a function of ``math``; None for other names."""
     for known in (name, name.removeprefix("math.")):
         if known in _BY_NAME:
             return _BY_NAME[known].message.format(known)

@@ -22,7 +22,7 @@ from numba.extending import intrinsic
 from hapkit_studio import program
 from hapkit_studio.errors import LawError
 
-_SPACE = 262_144  # bytes that the folder must have left for the machine code of a law
+_SPACE = 262_144  # bytes: free space that the folder needs for the machine code of a law
 MAX_AGE_SECONDS = 60 * 86_400.0
 # The words are: the fault code; the fault line, or without a fault the remaining fuel; the line of the first
 # non-finite value; the fuel limit, 0 for the default.

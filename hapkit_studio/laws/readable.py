@@ -137,7 +137,7 @@ class _Readable(Specialiser):
         self.calls[key] += 1
         function = self.functions[key]
         for name in sorted(set(given) - set(function.parameters)):
-            if t.may_fail(given[name]):  # an argument that the function ignores may still stop the law
+            if t.may_fail(given[name]):  # evaluating an unused argument may still stop the law
                 self.stored(given[name], name)
         made = t.Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]

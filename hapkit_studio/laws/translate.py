@@ -293,7 +293,7 @@ class Rewriter(ast.NodeTransformer):
         raise fail(node, NOT_CONSTANT)
 
     def _integer_constant(self, node: ast.expr) -> int | None:
-        """Return the value of an integer constant expression, or None."""
+        """Return the value of an integer constant expression; None for any other expression."""
         match node:
             case ast.Constant(value=int() as number) if type(number) is int:
                 return number
