@@ -39,7 +39,7 @@ class Result:
     The value comes with the half width of its 95 % confidence interval.
 
     ``start`` and ``stop`` are the limits of the evaluated interval in s after the start of the recording; NaN
-    if there is none. ``stamp`` is a hash of the interval's samples.
+    if no interval was evaluated. ``stamp`` is a hash of the interval's samples.
     """
 
     state: str
@@ -229,7 +229,7 @@ def _windows(segment: Samples, seconds: float) -> Iterator[Samples]:
 
 
 def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
-    """Yield each passage through the region, from outside on one side to outside on the other."""
+    """Yield each interval in which the handle crosses the check's region from one side to the other."""
     assert check.between is not None
     low, high = check.between
     place = segment.position

@@ -52,7 +52,7 @@ class Experiments:
 
 
 def of_session(session: Session) -> Experiments:
-    """Return a session's experiments; raise SessionError naming a wrong value."""
+    """Return a session's experiments; raise SessionError if an event has a wrong value."""
     try:
         trials = pointing.trials(_stored(session, POINTING), session.name)
         answers = discrimination.comparisons(_stored(session, COMPARISON), session.name)
