@@ -228,7 +228,7 @@ _LINE = Parameter(
     LONGEST,
     2.0,
     LONGEST,
-    "The largest number of periods over which a line is fitted",
+    "The largest number of periods over which FOAW fits a line to the positions",
     "N",
 )
 _NOISE = Parameter(

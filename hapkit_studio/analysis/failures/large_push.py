@@ -84,7 +84,8 @@ def live(push: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="large_push",
     title="Stable after a small push, unstable after a large one",
-    summary="Dry friction keeps a spring above its limit stable, but only up to a certain amplitude",
+    summary="Dry friction keeps a spring stable above its stiffness limit, but only up to a certain "
+    "amplitude",
     formula="Stable if A < (F_c/k) coth(π σ/2ω), about 4 F_c/(π ω (k T/2 − b₀)), with amplitude A, dry "
     "friction F_c, stiffness k, root σ ± jω of the spring, period T and damping b₀",
     explanation="Beyond k = 2 b₀/T sampling adds more energy in an oscillation than viscous damping "

@@ -139,7 +139,8 @@ def _place(stiffness: float, case: base.Case) -> tuple[float, float]:
 FAILURE = base.Failure(
     key="limit_cycle",
     title="A buzz smaller than one sensor step",
-    summary="If the spring's force over half a sensor step exceeds dry friction, the handle never rests",
+    summary="If half a sensor step changes the spring's force by more than dry friction, the handle never "
+    "rests",
     formula="No buzz if k < 2 F_c/Δ and k < b₀/(T/2 + td), with stiffness k, dry friction F_c, sensor step "
     "Δ, damping b₀, period T and delay td (Abbott and Okamura); in the chart F_c/(k Δ) > ½ (Diolaiti)",
     explanation="A sensor with steps Δ turns the spring's force into steps of k Δ. If the handle would rest "

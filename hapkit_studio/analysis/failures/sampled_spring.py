@@ -104,7 +104,7 @@ FAILURE = base.Failure(
     "the spring, period T and delay td. The exact limit follows from the roots of the sampled "
     "loop's equation",
     explanation="The loop reads the position once in each period T and holds the force until the next "
-    "reading. On average the force is late by T/2 and by the delay td. A late spring force resists too "
+    "reading. On average the force is late by T/2 plus the delay td. A late spring force resists too "
     "little on the way in and pushes too long on the way out. So every oscillation gains energy in "
     "proportion to k (T/2 + td), and loses energy in proportion to the damping b₀ of the handle and b of "
     "the spring. If an oscillation gains more than it loses, it grows.",

@@ -41,7 +41,7 @@ def folded(speed: float, case: base.Case) -> float:
 FAILURE = base.Failure(
     key="texture_speed",
     title="Ridges crossed too fast",
-    summary="If ridges pass faster than half the servo rate, a faster stroke feels slower",
+    summary="If more ridges pass per second than half the servo rate, a faster stroke feels slower",
     formula="v < λ/(2T), with speed v, wavelength λ and period T; for a smooth force v ≤ λ/(10T)",
     explanation="Ridges with wavelength λ, crossed at speed v, should be felt v/λ times a second. The loop "
     "samples 1/T times a second, and at least two samples for each ridge are needed to tell its frequency "

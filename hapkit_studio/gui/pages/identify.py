@@ -116,7 +116,7 @@ class IdentifyPage(MeasuringPage):
     file = "identify"
     heading, about = (
         "Values: set and rendered",
-        "The values are identified from the newest samples with the present settings.",
+        "The values are identified from the newest samples, recorded with the present settings.",
     )
     begin = (
         "Move the handle or press Shake handle. Then press Identify to compare the rendered values "
@@ -127,8 +127,8 @@ class IdentifyPage(MeasuringPage):
     needs = ""
     read = (
         "Each dot is the mean of the samples in a short time. Line with band: the identified value with its "
-        "95 % interval. Dotted line: the value that was set. Left out: samples with the force at its limit, "
-        "stopped or still fading in."
+        "95 % interval. Dotted line: the value that was set. Left out: samples whose force is at its limit, "
+        "switched off or still fading in."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):

@@ -47,7 +47,7 @@ class ZWidthPage(MeasuringPage):
     begin = "Press Measure to find the stiffest wall that this Hapkit renders without buzzing."
     drawn, listed = "Stiffness over damping, for walls without buzzing", "Walls without buzzing"
     read = (
-        "Below each point, the handle came to rest on every wall after a hit and a push. Bar: in this range "
+        "On every wall below a point, the handle came to rest after a hit and a push. Bar: in this range "
         "some walls buzz and some do not. Hollow point: the motor reached its force limit. Dashed line: the "
         "exact limit from the view Stability for the same hand, without sensor steps and without dry "
         "friction. Dry friction usually helps."

@@ -213,13 +213,13 @@ def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, 
     qtbot.waitUntil(lambda: part.own is not None)
     assert part.result.needs == ()
     assert part.force.text().startswith(f"Force: you notice a difference of {100.0 * own.weber.value:.0f} %.")
-    assert part.choose_own.text() == "Use published threshold"
+    assert part.choose_own.text() == "Use published JND"
     part.run()
     qtbot.waitUntil(lambda: given == [own.weber.value])
     part.job.cancel()
     QTest.mouseClick(part.choose_own, Qt.MouseButton.LeftButton)
     assert part.own is None
-    assert part.force.text().startswith("Force: most people notice 6 % of the force")
+    assert part.force.text().startswith("Force: most people notice a change of 6 %")
     part.run()
     qtbot.waitUntil(lambda: given == [own.weber.value, 0.06])
     part.job.cancel()

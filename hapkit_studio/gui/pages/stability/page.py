@@ -66,7 +66,7 @@ class StabilitySide(SidePanel):
 
 
 HANDS = ("released", "medium", "all")
-_HAND_WORDS = ("Let go", "Medium grip", "All hands")
+_HAND_WORDS = ("No hand", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
 _COLUMN, _COLUMN_FROM = 276, 560
 

@@ -15,7 +15,7 @@ from hapkit_studio.gui.widgets.theme import number
 
 _OPEN = ("circle", "ink2")
 _WHY_SO_MANY = (
-    "Passive: stable in any hand. Let go: stable without a hand. Grip: stable in a hand, which adds "
+    "Passive: stable in any hand. No hand: stable without a hand. Grip: stable in a hand, which adds "
     "damping, so the limit is usually higher. These limits ignore dry friction. The view Z-width includes "
     "friction and usually finds higher limits."
 )
