@@ -29,7 +29,7 @@ from hapkit_studio.workshop.source import Source
 NO_FAULT = -1
 _DT = 1e-3
 CURVE_SECONDS = 0.5
-"""s: longest processor time for computing a curve, because the window waits for the curve."""
+"""Maximum processor time in s for computing a curve, because the window waits for the curve."""
 
 
 @compiled
