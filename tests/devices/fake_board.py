@@ -136,7 +136,7 @@ class FakeLine:
 KIT = replace(profiles.default().board, quantum=2e-5, max_force=2.5, label="fake kit")
 ARENA = 760
 MOST_FORCE = 20.0
-"""N: force limit of a fake board."""
+"""Force limit of a fake board in N."""
 
 
 def sample(seq, count=0, **fields):

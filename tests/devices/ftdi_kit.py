@@ -4,7 +4,7 @@ from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeKit, sample
 
 BYTE = 10e-6
-"""s: time of a byte on the line, which is ten bits at 1 Mbaud."""
+"""Time in s of a byte on the line, which is ten bits at 1 Mbaud."""
 PACKET = 62
 PERIOD = 1e-3
 

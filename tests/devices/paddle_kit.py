@@ -15,10 +15,10 @@ from tests.devices.fake_board import HELLO_FIELDS
 
 PERIOD = 1e-3
 HANDLE, STOP = 0.090, 0.055
-"""m: the handle's radius, and the position of its end stops."""
+"""The handle's radius, and the position of its end stops, in m."""
 EVERY = 20
 ANSWER = 0.4e-3
-"""s: time from a sample until its force takes effect, by the serial line and the board."""
+"""Time in s from a sample until its force takes effect, by the serial line and the board."""
 
 
 class PaddleKit(Device):

@@ -112,13 +112,13 @@ def test_padding_must_be_worth_its_bytes():
 # --- the firmware behind the virtual board's FTDI chip
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
-"""s: time of a padding byte in addition to its own bits.
+"""Time in s of a padding byte in addition to its own bits.
 
 There are two bit times of silence after every second byte, and the board's main program needs 6 cycles to
 queue it.
 """
 BUSY = 0.2e-3
-"""s: time that the board's main program needs to build and pad its next frame before it reads a reply."""
+"""Time in s that the board's main program needs to build and pad its next frame before it reads a reply."""
 FRAME = len(encode(sample(1)))
 
 
