@@ -18,7 +18,7 @@ from tests.firmware.vb import heard, opened
 
 FREQUENCY = 16e6
 SETTLE = 0.05
-"""s: start of counting processor load and skipped ticks; the force has faded in by then."""
+"""Time in s from which processor load and skipped ticks are counted; the force has faded in by then."""
 Filter = tuple[Estimator, float, float]
 """The board's velocity estimator, with the two coefficients of a Law message."""
 

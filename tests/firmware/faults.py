@@ -108,7 +108,7 @@ def _forces(time: float) -> bytes:
 BACK = RECOVER + FADE + 5 * PERIOD
 AGAIN = HOLD + FADE + 0.025
 GIVEN_UP = GONE_AFTER + 2.0 * STALE
-"""s: time until a loop gives up a silent board; the loop checks the board every STALE."""
+"""Time in s until a loop gives up a silent board; the loop checks the board every STALE."""
 
 DAMAGE = [
     Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
@@ -177,7 +177,7 @@ FLOOD = [
 ]
 
 HANDOVER = 0.1
-"""s: duration of a handover: fade-out, settings, loop and scene in several frames, fade-in."""
+"""Duration in s of a handover: fade-out, settings, loop and scene in several frames, fade-in."""
 
 COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
 BOARD_RENDERS = ", board renders"

@@ -23,12 +23,12 @@ MARKED = rows.STALE | rows.STOPPED | rows.FAULT
 COUNTS = 1.1
 """Permitted difference in counts between recording and truth: a sensor step, and the log's 0.1 ms."""
 STEP = 0.05
-"""N: two steps of the duty at 1 N."""
+"""Force in N of two steps of the duty at 1 N."""
 LATELY = 20
 """Number of log rows in which a position may have been sampled, sent and answered."""
 BRIDGED = 0.01
 LONGEST_WAY = 0.40
-"""s: longest delay of a command, by the longest stall and the queue behind it."""
+"""Longest delay of a command in s, by the longest stall and the queue behind it."""
 
 
 @dataclass

@@ -17,7 +17,7 @@ COUNTS = 921
 """Number of sensor counts per half turn of the motor."""
 LOWEST = 51
 QUANTUM = math.pi * 0.090 * 0.005 / (COUNTS * 0.074)
-"""m: handle travel per sensor count."""
+"""Handle travel in m per sensor count."""
 THRESHOLD = 700
 """A jump of this many counts is a flip for the class template."""
 LIMIT = COUNTS / 2

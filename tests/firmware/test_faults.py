@@ -17,7 +17,7 @@ from tests.wide import wide
 pytestmark = needs_board
 
 LIMIT = 3.0 * (1.0 + 1.0 / 255.0)
-"""N: the board's limit, and half a duty step at full duty."""
+"""The board's limit in N, and half a duty step at full duty."""
 STALES = {
     "none": 0,
     "to the board nothing for 300 ms": 1,

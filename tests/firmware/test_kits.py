@@ -15,7 +15,7 @@ from tests.firmware.vb import LONGEST_INTERRUPT, exchange, needs_board, opened, 
 pytestmark = needs_board
 
 AMPLITUDE = 2.8
-"""N: amplitude of the commands, slightly below the usual kit's limit."""
+"""Amplitude of the commands in N, slightly below the usual kit's limit."""
 POWER = {MotorMap.SQUARE: 2.0, MotorMap.LINEAR: 1.0, MotorMap.TABLE: 1.5}
 """Exponents of torque over duty of the motors in these tests."""
 TABLE = tuple(round(255 * (k / 8) ** 1.5) for k in range(1, 9))
@@ -23,7 +23,7 @@ HALF = 0.53
 """Permitted error in duty steps: half a step, plus the firmware's rounding."""
 START = 0.1
 LATENCY = 5e-6
-"""m: distance that a handle at 1 m/s moves during the latency of the encoder's interrupt."""
+"""Distance in m that a handle at 1 m/s moves during the latency of the encoder's interrupt."""
 SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
 """Amplitude in m, frequency in Hz and duration in s of three sines.
 

@@ -277,7 +277,7 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
 def packets(start, tmp_path):
     """Return a function that runs a board which sends a frame of 11 bytes every millisecond.
 
-    The function returns the times at which bytes arrived, and their numbers.
+    The function returns the times in s at which bytes arrived, and the number of bytes at each time.
     """
 
     def handed(*options, script=""):

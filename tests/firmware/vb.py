@@ -21,9 +21,9 @@ from tests.waiting import PATIENCE, write_all
 
 CHIPS = Path(__file__).with_name("chips")
 FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
-"""N: force at full duty, which is torque * sector radius / (handle radius * pulley radius)."""
+"""Force in N at full duty, which is torque * sector radius / (handle radius * pulley radius)."""
 QUANTUM = np.pi * 0.090 * 0.005 / (921 * 0.074)
-"""m: handle travel per sensor count; half a turn of the motor has 921 counts."""
+"""Handle travel in m per sensor count; half a turn of the motor has 921 counts."""
 LONGEST_INTERRUPT = 250
 """Cycles for which interrupts may be disabled, because the port buffers two bytes of 160 cycles."""
 
@@ -151,7 +151,7 @@ def session(
 
 
 def rows_of(samples: list[Sample], truth: np.recarray) -> np.recarray:
-    """Return the truth log's row of each sample; fail if one is missing."""
+    """Return the truth log's row of each sample; fail if a row is missing."""
     # the converter samples its input some microseconds after the clock was read
     times = np.array([s.time_us for s in samples]) * 1e-6
     lag = np.median(truth.time[np.searchsorted(truth.time, times)] - times)
