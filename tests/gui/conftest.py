@@ -1,4 +1,4 @@
-"""Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
+"""Fixtures of real windows, whose real engine runs the simulated Hapkit at normal priority."""
 
 import gc
 from contextlib import contextmanager

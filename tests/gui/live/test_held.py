@@ -1,4 +1,4 @@
-"""All plots show held traces, several at once; they are named by settings, hidden and removed."""
+"""All plots show held traces, several at once; traces are named after settings, hidden and removed."""
 
 import numpy as np
 import pytest

@@ -255,7 +255,7 @@ def words_in(canvas):
 
 
 def label_boxes(canvas, monkeypatch):
-    """Return a table that contains the rectangle of each label by its text, once the canvas is drawn."""
+    """Return a dict from label texts to rectangles, which is filled when the canvas is drawn."""
     boxes = {}
 
     def note(_painter, x, y, text, _token):

@@ -15,8 +15,9 @@ from hapkit_studio.gui.live.trigger import AGAIN, BEFORE, EDGE, EVENT, Trigger, 
 from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 from tests.gui.window_support import sheets
 
-PEAK = 0.015  # m: amplitude of the handle's motion, which is 15 mm sin(3 t)
-TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: first contact with the wall at 5 mm; the next is 2π/3 s later
+PEAK = 0.015  # amplitude in m of the handle's motion, which is 15 mm sin(3 t)
+# time in s of the first contact with the wall at 5 mm; the next contact is 2π/3 s later
+TOUCHES = math.asin(1.0 / 3.0) / 3.0
 PERIOD = 2.0 * math.pi / 3.0
 
 

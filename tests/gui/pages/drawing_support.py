@@ -20,7 +20,7 @@ def spot(drawing, x, y, axes=0) -> QPoint:
 
 
 def point(drawing, x, y, axes=0):
-    """Move the pointer to a point, from another position."""
+    """Move the pointer to a point from a nearby position."""
     place = spot(drawing, x, y, axes)
     QTest.mouseMove(drawing.canvas, place + QPoint(3, 3))
     QTest.mouseMove(drawing.canvas, place)

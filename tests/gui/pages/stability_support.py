@@ -23,7 +23,7 @@ def follow(page, qtbot):
 
 
 def made_up(setting, real=False, axes=(12.0, 2000.0)) -> Measured:
-    """Return an invented measurement of 4 × 3 cells: with increasing stiffness they rest, buzz and grow."""
+    """Return an invented measurement of 4 × 3 cells, which rest, buzz or grow with increasing stiffness."""
     classes = np.array([[0, 0, 0], [0, 0, 1], [1, 2, 2], [2, 2, 2]], dtype=np.int8)
     damping = np.array([2.0, 6.0, 10.0])
     cells = Cells(damping, np.array([250.0, 750.0, 1250.0, 1750.0]), classes, real, setting.controller)

@@ -1,4 +1,4 @@
-"""Speed and accuracy: each of the three parts has an answer, and the use of a method can be undone."""
+"""The page *Speed and accuracy*: each of its three parts has an answer, and using a method can be undone."""
 
 import pytest
 from matplotlib.figure import Figure

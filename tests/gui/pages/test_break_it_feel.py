@@ -1,4 +1,4 @@
-"""Feel this failure applies a failure to the window; its settings follow the knob; one click undoes it."""
+"""*Feel this failure* applies a failure to the window; settings follow the knob; one click undoes them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The Identify view uses the newest samples with the current settings; further tests: the shaking hand."""
+"""The Identify view uses the newest samples with the current settings, and a hand that shakes the handle."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""The views beside Live: built when first shown, side panels, and jobs that can be cancelled."""
+"""The views beside Live are built when first shown, have side panels, and run jobs that can be cancelled."""
 
 import json
 import threading

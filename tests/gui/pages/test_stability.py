@@ -1,4 +1,4 @@
-"""The stability map in the window: the dot follows, clicks set sliders, measuring."""
+"""The stability map in the window: its dot follows the settings, clicks set sliders, limits are measured."""
 
 from dataclasses import replace
 

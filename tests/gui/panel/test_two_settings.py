@@ -66,7 +66,7 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
         press(window, Qt.Key.Key_X)
         assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
         assert row.words.text() == f"Settings {sign} are active"
-    assert window.history.stack.count() == steps  # switching is no undo step
+    assert window.history.stack.count() == steps  # switching adds no undo step
     studio.choose("spring")
     assert row.isHidden()
     studio.choose("wall")

@@ -15,7 +15,7 @@ from hapkit_studio.gui.scenes.force_arrow import HEAD
 from hapkit_studio.gui.scenes.parts import BALL
 from tests.gui.scenes.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
 
-NEAR = 1.5  # px: permitted deviation of a drawn object
+NEAR = 1.5  # permitted deviation of a drawn object in px
 
 
 def edges(mask, row):

@@ -1,4 +1,4 @@
-"""The names beside the narrow gallery: visible at the first start until an environment is selected."""
+"""The names beside the narrow gallery are visible at the first start until an environment is selected."""
 
 import pytest
 from PySide6.QtCore import QPoint, Qt

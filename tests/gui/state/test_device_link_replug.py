@@ -159,7 +159,7 @@ def test_the_motor_is_off_while_unplugged_and_a_restarted_board_is_found(running
     push(0.012)
     kit.unplug()
     begin = kit.program.status()["time"]
-    # by the board's clock, the delay consists of a timeout of 25 ms, one tick, and the commands already sent
+    # by the board's clock, the motor is off after a time-out of 25 ms, a tick, and the commands already sent
     while (status := kit.program.status())["duty"] != 0:
         assert status["time"] - begin < 0.030
     until_link(window, qtbot, "gone")

@@ -88,7 +88,7 @@ def test_the_studio_refuses_every_change_of_a_locked_setting(window, change):
     with pytest.raises(ParameterError, match=r"^(Stiffness|Loop and grip): locked by the instructor\.$"):
         change(window.studio)
     assert settings_of(window.studio) == before
-    # damping is free; the locked stiffness is unchanged
+    # damping is not locked; the locked stiffness keeps its value
     window.studio.set_values({"damping": 1.0, "stiffness": 900.0})
     assert window.studio.values["damping"] == 1.0
 

@@ -39,7 +39,7 @@ at = 8.0
 environment = "spring"
 hand = "release"
 """
-COUNT = 20.7e-6  # m, the resolution of the simulated sensor
+COUNT = 20.7e-6  # resolution of the simulated sensor in m
 
 
 def written(folder, text=STORY):

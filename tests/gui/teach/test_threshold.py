@@ -39,7 +39,7 @@ def right_place(page):
 
 @pytest.mark.slow
 def test_the_staircase_ends_the_experiment_and_every_answer_is_recorded(compared, qtbot, monkeypatch):
-    """The staircase has three reversals instead of twelve, and each answer is rendered."""
+    """The staircase has three reversals instead of twelve, and each of its steps is rendered."""
     monkeypatch.setattr(discrimination, "REVERSALS", 3)
     window, page = compared, compared.threshold.page
     observer, chance = discrimination.Observer(0.1), random.Random(5)

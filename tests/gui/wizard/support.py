@@ -11,7 +11,7 @@ from tests.devices.paddle_kit import PaddleKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 PACE = 2e-5
-"""s: real time per period of the kit, so that the kit's thread leaves processor time to the window."""
+"""Real time in s per period of the kit, so that the kit's thread leaves processor time to the window."""
 
 
 def no_engine(_entry):

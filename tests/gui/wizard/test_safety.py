@@ -249,7 +249,7 @@ def test_a_failed_save_gives_a_message_and_can_be_repeated(played, monkeypatch):
             assert save.box.words.text() == words
     play.press(save.save)
     assert save.result.good
-    assert "within 8" in save.box.words.text()  # 8 mm from the middle at power-on
+    assert "within 8" in save.box.words.text()  # the handle must be within 8 mm of the middle at power-on
 
 
 def test_a_board_is_released_when_its_owner_is_destroyed(qtbot):
