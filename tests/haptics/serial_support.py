@@ -66,7 +66,8 @@ class SteppedBoard(HapkitBoard):
     def say(self, data, late=0.0):
         """Let the loop handle a chunk; return its rows.
 
-        By the loop's clock, the chunk arrives on time, or ``late`` s after the last answer if this is not 0.
+        By the loop's clock, the chunk arrives on time. If ``late`` is not 0, it arrives ``late`` s after the
+        last answer.
         """
         _, conn, _, _ = self._loop
         data, self._reply = self._reply + data, b""

@@ -18,7 +18,7 @@ from hapkit_studio.haptics import clock, headless, rows, simulated_loop
 from hapkit_studio.haptics.rows import new_ring
 from hapkit_studio.haptics.tick import adopt
 
-FRAME = 16  # ms: time between updates of the pointer in a window
+FRAME = 16  # time in ms between updates of the pointer in a window
 
 
 @njit
