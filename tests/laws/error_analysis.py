@@ -229,7 +229,7 @@ def index(i, e, size) -> int:
 
 
 def rounded(value, error, own=(1, 0.0)) -> tuple[float, float]:
-    """Return a result with its error, from the operands and the operation's own rounding."""
+    """Return a result and its error bound: the operands' error, plus the operation's own rounding."""
     if not math.isfinite(value):
         if error:
             raise Unclear

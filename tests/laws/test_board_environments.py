@@ -19,7 +19,7 @@ ENVIRONMENTS = built_in()
 pytestmark = needs_compiler
 
 PERIOD = 1e-3
-BOUND = 2e-3  # N: largest permitted difference
+BOUND = 2e-3  # largest permitted difference in N
 SHORT, LONG = 0, 10_000
 """Room in bytes: none for inlining, or enough for inlining every function."""
 TOO_SLOW = {("mass_spring_damper", "exact"), ("puck", "exact")}

@@ -130,7 +130,7 @@ def test_a_sum_of_dt_drifts_as_far_as_the_message_says(machine, tmp_path):
     assert abs(states[-1, 0] - 10.0) == pytest.approx(3e-3, abs=1e-3)
     machine.set(2, 590.0)
     _, states = machine.run(np.zeros((10 * RATE, 2)))
-    assert abs(states[-1, 0] - 600.0) > 0.05  # s: error that arises within 10 s, from 590 s to 600 s
+    assert abs(states[-1, 0] - 600.0) > 0.05  # error in s that arises within 10 s, from 590 s to 600 s
 
 
 def clocked(folder):

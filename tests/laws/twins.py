@@ -106,7 +106,7 @@ class Found:
 
 @dataclass
 class _Row:
-    """The law's result in one call, and the board's error bound; ``clear``: they can be compared."""
+    """The law's result in one call, and the board's error bound; ``clear`` means that both are comparable."""
 
     force: float
     bound: float
@@ -124,8 +124,8 @@ def compare(
 ) -> Found:
     """Run the machine and the law on the same rows of position and velocity; raise Apart if they differ.
 
-    ``program`` has unrounded constants. A row is compared if no comparison in it is within its error of the
-    threshold and the force's error bound is at most useful(force) in N. After other rows, and if errors have
+    ``program`` has unrounded constants. A row is compared if rounding cannot change any of the law's
+    decisions and the force's error bound is at most useful(force) in N. After other rows, and if errors have
     grown, both restart with the same state.
     """
     given = [single(g) for g in program.given]
