@@ -20,8 +20,8 @@ from tests.waiting import wait_until
 pytestmark = [needs_board, pytest.mark.alone]
 
 KEYS = ("virtual_spring", "damping", "virtual_wall")
-BEGIN = 2.0  # s: time of the board's clock by which the board is connected and renders
-STEP = 0.02  # s: time between two commands to the hand
+BEGIN = 2.0  # time in s of the board's clock by which the board is connected and renders
+STEP = 0.02  # time in s between two commands to the hand
 
 
 def commands(play):
