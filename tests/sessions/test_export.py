@@ -25,8 +25,8 @@ from hapkit_studio.sessions.export import matlab_names
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionWriter
 
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
-START = 500.0  # s: start by the clock of the recording computer
-CHANGE = 1.0  # s: time of the change after the first sample
+START = 500.0  # start in s by the clock of the recording computer
+CHANGE = 1.0  # time in s of the change after the first sample
 
 
 def spring(stiffness):
