@@ -185,7 +185,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
         at = rng.choice(comments)
         try:
             lines[at] = "# " + literal_in_json(lines[at][1:], rng)
-        except ValueError:  # the cell is not JSON but a name and a value
+        except ValueError:  # the comment is not JSON, but a name and a value
             name, _, _ = lines[at].partition(":")
             lines[at] = f"{name}: {rng.choice(JSON_VALUES + CSV_VALUES)}"
     else:
@@ -200,7 +200,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
 
 
 def mutated_ini(text: str, rng: random.Random) -> str:
-    """Return the window's settings with one value replaced; a JSON value is often changed inside."""
+    """Return the window's settings with one value replaced; of JSON, usually only a part is replaced."""
     lines = text.split("\n")
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")

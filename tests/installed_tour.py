@@ -23,7 +23,7 @@ from hapkit_studio.workshop import folder as workshop
 from hapkit_studio.workshop.source import read, trust_source
 
 PATIENCE = 600.0
-"""s: time-out of each wait."""
+"""Time-out of each wait in s."""
 
 
 def main(folder: Path, everything: bool = False) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_name("mutations.json")
 SECONDS = 400
-"""s: a test that takes longer counts as failed."""
+"""A test that takes longer than this time in s counts as failed."""
 INTERPRETED = ("codec", "window")
 """Areas without compiled code, whose mutations share a cache."""
 

@@ -20,10 +20,10 @@ from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until
 
 MINUTES = 40
-FULL = 11  # minutes: from then on, the recorder keeps a full ten minutes in memory
+FULL = 11  # from this minute on, the recorder keeps a full ten minutes in memory
 GROWTH = 0.02
 RATE = 4000.0
-CHANGE_MS = 1000  # ms: time between changes of environment or view
+CHANGE_MS = 1000  # time in ms between changes of environment or view
 
 
 def keep_changing(window: MainWindow) -> QTimer:

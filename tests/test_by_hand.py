@@ -16,7 +16,7 @@ pytestmark = [
         not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="needs Xvfb and xdotool"
     ),
 ]
-QUANTUM = 2.07e-5  # m: the sensor's step
+QUANTUM = 2.07e-5  # the sensor's step in m
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def display():
 
 
 def by_hand(display, folder):
-    """Run the program by hand; return what it has seen, and the match of a slope in each push."""
+    """Run tests.by_hand; return its results, and the match of a slope in the text for each push."""
     folder.mkdir()
     environment = {
         **os.environ,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from tests.lateness import ATTEMPTS
 
 PATIENCE = 120.0
-"""s: time-out that suffices on a machine with any load."""
+"""Time-out in s that suffices on a machine with any load."""
 
 
 def wait_until(true: Callable[[], object]) -> None:
