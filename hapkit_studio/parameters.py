@@ -11,7 +11,7 @@ from hapkit_studio.formatting import compact, quoted
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number with a unit and the user's limits; ``whole``: it is shown and changed in whole numbers."""
+    """A number with a unit and limits for the user; if ``whole`` is True, users see only whole numbers."""
 
     key: str
     label: str
@@ -47,9 +47,9 @@ class Choice:
     """One of a few named options. Laws use its index, files and programs its name, the window its label.
 
     Without labels, names are shown with spaces for underscores; raise ParameterError if only some options
-    have a label. ``method``: the options are computation methods of different speed and accuracy. ``exact``
-    is the reference option, by default the default option. ``phrases``: the options as the end of a sentence
-    that begins with the choice's label.
+    have a label. If ``method`` is True, the options are computation methods of different speed and accuracy.
+    ``exact`` is the reference option; if it is omitted, the default option is the reference. ``phrases`` are
+    the options as the end of a sentence that begins with the choice's label.
     """
 
     key: str
@@ -131,8 +131,8 @@ def check_number(
 ) -> None:
     """Raise ParameterError unless a value is a number from ``low`` to ``high``.
 
-    This function checks values without a slider, which have no Parameter. ``above``: ``low`` itself is
-    excluded. ``endless``: infinity is allowed.
+    This function checks values without a slider, which have no Parameter. If ``above`` is True, ``low``
+    itself is excluded. If ``endless`` is True, infinity is allowed.
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):

@@ -49,7 +49,7 @@ def baseline() -> str | None:
 
 
 def configured_cache() -> str:
-    """Return the folder for machine code that the user has set in NUMBA_CACHE_DIR; "" if there is none."""
+    """Return the folder for machine code that the user has set in NUMBA_CACHE_DIR; "" if it is not set."""
     folder = os.environ.get("NUMBA_CACHE_DIR", "")
     return "" if folder == os.environ.get(OWN_CACHE) else folder
 

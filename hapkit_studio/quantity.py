@@ -11,7 +11,8 @@ _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 class Quantity:
     """A parameter's limits, default and step in display units; ``factor`` converts SI to these units.
 
-    ``root``: the slider follows the square root, so that small values of a wide range can be selected.
+    If ``root`` is True, the slider follows the square root of the value, so that the user can select small
+    values in a wide range.
     """
 
     def __init__(self, parameter: Parameter):
