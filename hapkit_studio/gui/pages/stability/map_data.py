@@ -25,7 +25,7 @@ _EDGE = 0.95
 class LinesRequest:
     """A request for the map's lines: the loop's settings, the rendered impedance and the axes.
 
-    ``axes`` are the map's present limits, damping in N·s/m and stiffness in N/m; they are kept if the dot for
+    ``axes`` are the map's current limits, damping in N·s/m and stiffness in N/m; they are kept if the dot for
     the rendered impedance lies within them. ``asked`` is the input of the scene's verdict.
     """
 
