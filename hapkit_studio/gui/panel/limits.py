@@ -42,7 +42,7 @@ def coarse(delay: float, before: float | None) -> float:
 
 
 def steady_delay(engine: "Engine", where: str) -> float | None:
-    """Return the delay in s of computer or board, rounded as everywhere in the window; None if unknown."""
+    """Return the delay in s of computer or board, rounded to coarse steps; None if it is unknown."""
     found = engine.delay_of(where)
     if found is None:
         return None

@@ -273,7 +273,7 @@ class PresetRow(QWidget):
     def _would_change(self, path: Path) -> str:
         """Return one line per change that a preset would make.
 
-        If there is no change, return a sentence; if the preset is invalid, return its errors.
+        If the preset changes nothing, return a sentence; if it is invalid, return its errors.
         """
         try:
             return "\n".join(map(str, self._presets.compared(path))) or "This preset changes nothing"

@@ -64,7 +64,7 @@ class ChoiceRow(QWidget):
         self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.option_label(value)}")
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
-        """Disable the row and show the reason; "" enables it. ``padlock``: an instructor has locked it."""
+        """Disable the row and show the reason; "" enables it. With ``padlock``, a padlock is shown, too."""
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
         self.setToolTip(tip((reason, self.parameter.help), self._formula))
@@ -136,7 +136,7 @@ class ParameterRow(QWidget):
     def set_locked(self, reason: str, padlock: bool = False) -> None:
         """Disable the row and show the reason; "" enables it.
 
-        ``padlock``: an instructor has locked the row; the padlock replaces the reset button.
+        If ``padlock`` is True, because an instructor has locked the row, a padlock replaces the reset button.
         """
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)

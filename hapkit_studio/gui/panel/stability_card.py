@@ -273,7 +273,7 @@ class StabilityCard(QWidget):
         self._worker.wait()
 
     def _why_late(self, answer: CardResult) -> str:
-        """Explain a long measured delay; a delay that the user has added is not counted."""
+        """Return an explanation of a long measured delay; the delay added by the user does not count."""
         engine = self._studio.engine
         if engine is None:
             return ""
