@@ -133,8 +133,8 @@ class Stage:
     ) -> bool:  # fmt: skip
         """Write a text at the first free place (x, base line, side); return whether it was written.
 
-        ``must``: if no place is free, use the first one inside the scene. ``wipe``: clear the background, so
-        that no other drawing is visible between the letters.
+        If ``must`` is True and no place is free, use the first place inside the scene. If ``wipe`` is True,
+        clear the background, so that no other drawing is visible between the letters.
         """
         font, metrics = self.font(size, weight)
         wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
