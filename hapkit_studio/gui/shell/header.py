@@ -93,7 +93,7 @@ class DeviceList(QPushButton):
 
 
 def fill_menu(menu: QMenu, studio: Studio) -> None:
-    """Fill a menu with all present devices; the one in use is checked."""
+    """Fill a menu with all connected devices; the device in use is checked."""
     menu.clear()
     own = studio.entry.key if studio.entry is not None else ""
     if is_path(own) and studio.opened is not None:  # a board that was reconnected may have a different port

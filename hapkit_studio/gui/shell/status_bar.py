@@ -205,7 +205,7 @@ class StatusBar(QWidget):
     def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
         """Show the clamp light; it stays lit for half a second so that it can be seen.
 
-        ``acting`` is the present force in N; it is given only while no other widget shows this force.
+        ``acting`` is the current force in N; it is given only while no other widget shows this force.
         """
         now = time.monotonic()
         if clamped:
