@@ -130,7 +130,7 @@ class Job(QObject):
 class LatestResult(QObject):
     """Answers the newest request in a thread and emits ``answered``; a new request replaces a waiting one.
 
-    ``late`` is emitted if there is no answer within LATE_MS; the shown result is then out of date.
+    ``late`` is emitted if no answer is found within LATE_MS; the shown result is then out of date.
     """
 
     answered = Signal(object)

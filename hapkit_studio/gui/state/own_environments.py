@@ -106,9 +106,9 @@ class OwnEnvironments(QObject):
 
     This process executes a file only after the file has passed a trial in another process.
 
-    ``asked(source)``: the user has chosen an untrusted file. ``chosen``: the user has chosen a trusted file
-    or a built-in environment. ``began(path)`` and ``judged(path, verdict)`` are emitted at the start and the
-    end of a trial. ``changed``: the files or their states have changed.
+    ``asked(source)`` is emitted when the user has chosen an untrusted file, ``chosen`` when the user has
+    chosen a trusted file or a built-in environment. ``began(path)`` and ``judged(path, verdict)`` are emitted
+    at the start and the end of a trial, ``changed`` when the files or their states have changed.
     """
 
     changed = Signal()

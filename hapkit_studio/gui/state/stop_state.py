@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 class StopState(QObject):
     """Keeps the E-stop latched when the device changes.
 
-    ``restored``: the current settings come from an earlier run of the program, so the motor stays off
-    until the user clicks *Render*.
+    If ``restored`` is True, the current settings come from an earlier run of the program; the motor then
+    stays off until the user presses *Render*.
     """
 
     changed = Signal()
