@@ -78,7 +78,7 @@ def title(path: Path) -> str:
 def named(name: str) -> Path:
     """Return the file of a shipped demo ("" means the first one), or the given path.
 
-    Raise ParameterError if there is no such demo or file.
+    Raise ParameterError for an unknown name or a missing file.
     """
     known = shipped()
     name = name or next(iter(known))
