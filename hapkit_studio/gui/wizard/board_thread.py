@@ -27,9 +27,9 @@ Job = Callable[[Any], object]
 class BoardThread(QObject):
     """Opens a board in a separate thread. ``run_job`` passes the result of ``prepare`` to a job.
 
-    Signals are emitted in the window's thread. ``refused``: a job ended without a result, and the board is
-    still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` is
-    emitted with the argument of ``report_progress`` in a job.
+    Signals are emitted in the window's thread. ``refused`` is emitted when a job ended without a result and
+    the board is still connected, ``failed`` when the board is lost; then no job runs until ``start`` is
+    called. ``progressed`` is emitted with the argument of ``report_progress`` in a job.
     """
 
     opened = Signal(object)

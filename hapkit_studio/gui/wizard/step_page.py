@@ -33,10 +33,10 @@ class StepPage(QWizardPage):
     """One step. It is complete once it has a result; until then the user can only skip it.
 
     ``name`` is shown in the list of steps, ``heading`` and ``intro`` on the page. ``begin`` is the initial
-    text of the result's box. ``if_skipped`` is the assumption if the step is skipped. ``pushes``: the motor
-    pushes in this step. ``needs_direction``: the step requires the direction test. ``first`` is the button
-    with the initial focus; it never starts the motor. ``job_started`` is emitted when a job starts,
-    ``changed`` when the result has changed.
+    text of the result's box. ``if_skipped`` is the assumption if the step is skipped. ``pushes`` is True if
+    the motor pushes in this step, ``needs_direction`` if the step requires the direction test. ``first`` is
+    the button with the initial focus; it never starts the motor. ``job_started`` is emitted when a job
+    starts, ``changed`` when the result has changed.
     """
 
     job_started, changed = Signal(), Signal()
