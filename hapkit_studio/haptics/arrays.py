@@ -60,7 +60,7 @@ WATCH = record(
     ("alarm", LIMIT),  # limit for the alarm, with a tolerance
     ("strict", LIMIT),  # limit for the passivity controller, without a tolerance
     ("most", "f8"),  # largest work of the law's force from the start to any cell with a known force
-    ("edge", "f8"),  # position within the present sensor count, from its lower edge
+    ("edge", "f8"),  # position within the current sensor count, from its lower edge
     ("since", "f8"),  # time since the count last changed
     ("impulse", "f8"),  # impulse of the force in that time, N·s
     ("peak", "f8"),  # maximum force in N

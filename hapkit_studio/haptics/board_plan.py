@@ -145,7 +145,7 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Plan the rendering at the requested or the fastest rate."""
+        """Return the plan for the requested rate or the fastest rate at which the law fits, or a refusal."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)

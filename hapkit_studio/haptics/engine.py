@@ -187,7 +187,7 @@ class Engine:
 
     @property
     def max_force(self) -> float:
-        """Return the present force limit in N; it is at most the device's force limit."""
+        """Return the current force limit in N; it is at most the device's force limit."""
         return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
@@ -270,7 +270,7 @@ class Engine:
         self._apply_hand()
 
     def release_at_rest(self) -> None:
-        """Release a simulated handle at its present position with zero speed."""
+        """Release a simulated handle at its current position with zero speed."""
         with self._lock:
             self._change(target=None, releases=self._content.releases + 1)
 
@@ -407,7 +407,7 @@ class Engine:
         return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
     def zero_here(self) -> None:
-        """Set a real board's zero to the present position; the force fades in again."""
+        """Set a real board's zero to the current position; the force fades in again."""
         self._count_up(self.arrays.control.zero)
 
     def flip_direction(self) -> None:

@@ -123,7 +123,7 @@ class Link(NamedTuple):
     delays: Delays
     law: np.ndarray  # (7,): header of the law that was sent last to the board
     program: np.ndarray  # packed bytes of this law, with the constants that were sent last
-    unsure: np.ndarray  # 1 for each constant whose present value on the board is unknown
+    unsure: np.ndarray  # 1 for each constant whose current value on the board is unknown
     settings: np.ndarray  # body of the board's Board message, uint8
     motor: np.ndarray  # force in N at each duty from 0 to full duty
     poll: np.ndarray

@@ -150,7 +150,7 @@ def obtain() -> Priority:
 
 
 def current(obtained: Priority, thread: int) -> Priority:
-    """Return the present priority; the system may have demoted a thread that did not block."""
+    """Return the current priority; the system may have demoted a thread that did not block."""
     if not obtained.realtime or _system.is_realtime(thread):
         return obtained
     return Priority("Normal priority, lowered by the system", how="Lower the servo rate, then connect again.")

@@ -16,12 +16,12 @@ class Signal:
     """A quantity in every row, in SI units.
 
     ``shown_unit`` is its unit in the window, and ``scale`` the number of such units per SI unit. Session
-    files store integer multiples of ``step``, or 32-bit floats without a step. ``in_counts``: ``step`` is in
-    units of the sensor's quantum. ``delta_to`` is another signal; session files store the difference between
-    the two signals. ``whole``: the values are integers. ``extremes``: session files store the extremes of
-    every block for the overview plot. ``header`` is the column's name in exported tables if it is not the
-    name with the unit. ``gaps``: plots show every single NaN as a gap, even if a pixel column contains many
-    samples.
+    files store integer multiples of ``step``, or 32-bit floats without a step. If ``in_counts`` is True,
+    ``step`` is in units of the sensor's quantum. ``delta_to`` is another signal; session files store the
+    difference between the two signals. ``whole`` is True if the values are integers. If ``extremes`` is True,
+    session files store the extremes of every block for the overview plot. ``header`` is the column's name in
+    exported tables if it is not the name with the unit. If ``gaps`` is True, plots show every single NaN as a
+    gap, even if a pixel column contains many samples.
     """
 
     name: str

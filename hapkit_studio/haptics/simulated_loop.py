@@ -48,7 +48,7 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 @internal
 def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], gripped: bool) -> None:
-    """Apply the hand, and the settings' period, delay and friction, if any of them changed.
+    """Apply the hand, and the settings' period, delay and friction, if one of them has changed.
 
     ``hand`` contains mass, damping and stiffness in SI units.
     """
@@ -70,7 +70,7 @@ def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Apply the block's device, hand, period and delay; a new hand starts at the handle's position.
 
     If the hand releases the handle at rest, the handle's speed is set to zero. After a change of sensor, the
-    first reading is the handle's present position and is not evaluated as a motion.
+    first reading is the handle's current position and is not evaluated as a motion.
     """
     settings, constants = r.settings, plant.constants
     on = settings.hand_on != 0
@@ -130,7 +130,7 @@ MOST_PASSES_WITHOUT_WAITING = 100
 
 @internal
 def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: float) -> None:
-    """Render one sample at the present time, publish its row, and advance the paddle to the next sample.
+    """Render one sample at the time ``now``, publish its row, and advance the paddle to the next sample.
 
     Settings that the tick adopts apply from this sample on. The interval before this sample still had the old
     period.

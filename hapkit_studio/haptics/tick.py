@@ -137,7 +137,7 @@ def other_form(r: LoopArrays) -> bool:
 
 @internal
 def other_numbers(r: LoopArrays) -> bool:
-    """Return True if a parameter's target differs from the target of its present ramp."""
+    """Return True if a parameter's target differs from the target of its current ramp."""
     for i in range(r.settings.n_params):
         if r.settings.params[i] != r.goal[i]:
             return True
@@ -260,7 +260,7 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
 def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: int) -> bool:
     """Record the processor time in s of some ticks; latch a fault if a law's calls are too long.
 
-    ``limit`` is the permitted processor time of a tick in s. ``now`` is the present time in s; any clock that
+    ``limit`` is the permitted processor time of a tick in s. ``now`` is the current time in s; any clock that
     runs all the time is suitable. Return True if this call latches the fault.
     """
     t, each = r.tick, spent / ticks
