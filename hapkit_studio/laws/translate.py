@@ -122,7 +122,7 @@ class Names:
             start += size or 1
 
     def function(self, name: str) -> FunctionType | None:
-        """Return a function of the law's file or of the studio's dynamics by its name, or None."""
+        """Return a function of the law's file or the studio's dynamics by its name; None for other names."""
         found = self.globals.get(name)
         found = getattr(found, "py_func", found)
         if not isinstance(found, FunctionType):

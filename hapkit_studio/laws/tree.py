@@ -101,7 +101,7 @@ Test = Compare | Logic | Not
 # --- statements
 @dataclass
 class Stated:
-    """The base of statements; ``line`` is the line number in the law's file, 0 if there is none."""
+    """The base of statements; ``line`` is the line in the law's file, or 0 for a generated statement."""
 
     line: int = field(default=0, compare=False, kw_only=True)
 
