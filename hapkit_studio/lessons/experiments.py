@@ -72,7 +72,7 @@ def read(path: str | Path) -> Experiments:
 
 
 def own_threshold(path: str | Path) -> Threshold:
-    """Return a session's threshold with the smallest Weber fraction; raise SessionError if there is none."""
+    """Return a session's threshold with the smallest Weber fraction; raise SessionError if it has none."""
     found = read(path).thresholds
     if not found:
         raise SessionError(

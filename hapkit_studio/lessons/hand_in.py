@@ -82,10 +82,10 @@ def hand_in(
 ) -> list[tuple[Check | Question, Result]]:
     """Add the answers to a complete session, and return the result of every check and question.
 
-    ``answers``: the entered text for each question's key. ``intervals``: start and stop in s after the
-    session's start, for the key of each evaluated check; other checks are evaluated on the step's samples.
-    ``step``: index of the open step. Raise SessionError if the session is incomplete, damaged, or cannot be
-    written.
+    ``answers`` contains the entered text for each question's key. ``intervals`` contains start and stop in s
+    after the session's start for the key of each evaluated check; other checks are evaluated on the step's
+    samples. ``step`` is the index of the open step. Raise SessionError if the session is incomplete, damaged,
+    or cannot be written.
     """
     found: list[tuple[Check | Question, Result]] = []
 

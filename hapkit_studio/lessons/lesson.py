@@ -67,7 +67,7 @@ class Scene:
 class Check:
     """A measurement on the student's own data, and its expected value.
 
-    ``expect`` is a number in SI, or the key of a parameter whose present value is expected. ``tolerance`` is
+    ``expect`` is a number in SI, or the key of a parameter whose current value is expected. ``tolerance`` is
     in SI, or in percent of the expected value. ``at_least`` and ``at_most`` are limits that replace an
     expected value. ``needs`` maps the name of each required movement to its smallest permitted size.
     ``where`` contains the permitted range, or a choice's permitted option, of each setting by key.
@@ -189,7 +189,7 @@ class Criterion:
 class Lesson:
     """A lesson. ``key`` is the name of its file, ``stamp`` the hash of its text.
 
-    ``hide_names``: reports and reviews do not name students.
+    If ``hide_names`` is True, reports and reviews do not name students.
     """
 
     key: str

@@ -29,10 +29,10 @@ class Library:
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
     """Return the studio's lessons and those of a folder.
 
-    A lesson of the folder replaces a studio lesson of the same name. If ``folder`` is None, the folder in the
-    lab's settings is used, if there is one; if that folder is missing (for example on a share that is not
-    mounted), the library's ``errors`` contain a message. ``known`` contains the environments by key; None
-    means the environments of the library. Raise ParameterError if ``folder`` is missing.
+    A lesson of the folder replaces a studio lesson of the same name. If ``folder`` is None, the folder that
+    the lab's settings name is used. If that folder is missing (for example on a share that is not mounted),
+    the library's ``errors`` contain a message. ``known`` contains the environments by key; None means the
+    environments of the library. Raise ParameterError if ``folder`` is missing.
     """
     found, errors = list[Lesson](), list[str]()
     if folder is None:

@@ -41,7 +41,7 @@ class Measured(NamedTuple):
 
 
 class NotMeasured(Exception):
-    """The interval is not sufficient; the message contains the reason and the remedy."""
+    """An interval is not sufficient for a measurement; the message contains the reason and the remedy."""
 
 
 @dataclass(frozen=True)
@@ -545,7 +545,7 @@ MEASUREMENTS = _table(
 
 @dataclass(frozen=True)
 class Need:
-    """A movement that a check requires: its function, its unit, and the sentence if it is too small."""
+    """A movement that a check requires: a function that measures it, its unit, and a sentence on its lack."""
 
     compute: Callable[[Samples], float]
     unit: str

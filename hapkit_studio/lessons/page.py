@@ -42,7 +42,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 def page(title: str, body: str, wide: bool = False) -> str:
     """Return a page; ``body`` is HTML with escaped text. A browser loads no other files.
 
-    ``wide``: the page shows a table and is wider than one with text.
+    If ``wide`` is True, the page is wider than usual, because it shows a table.
     """
     kind = ' class="table"' if wide else ""
     return (

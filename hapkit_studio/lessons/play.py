@@ -64,7 +64,7 @@ def render(play: Play) -> np.ndarray:
 
 
 def settings_in(play: Play) -> LoggedSettings:
-    """Return a run's settings in the form of a session."""
+    """Return a run's settings in the form in which sessions store them."""
     return {
         **settings_events.of_scene(play.environment, dict(play.values)),
         "state_names": list(play.environment.state_names),

@@ -37,7 +37,7 @@ _NO_REVIEWS = Reviews({})
 def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hide_names: bool = False) -> str:
     """Return the page; all text from the file, the lesson and the reviews is escaped.
 
-    ``hide_names``: the page does not contain the names of student, file and reviewers.
+    If ``hide_names`` is True, the page does not contain the names of student, file and reviewers.
     """
     hidden = hide_names or lesson.hide_names
     body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>']

@@ -240,7 +240,7 @@ class Reviews:
 
     @property
     def mean(self) -> float:
-        """Return the mean fraction of points of the complete reviews; NaN if there are fewer than two."""
+        """Return the mean fraction of points of the complete reviews; NaN for fewer than two such reviews."""
         shares = [one.points / one.most for one in self.found.values() if one.complete and one.most]
         return sum(shares) / len(shares) if len(shares) > 1 else math.nan
 
