@@ -41,7 +41,7 @@ _UNSIGNED, _SIGNED, _FLOAT = range(3)
 
 
 def layout_of(kind: type[Message]) -> np.ndarray:
-    """Return a message's fields (n, 4): row column or -1, offset from the id, number of bytes, kind."""
+    """Return for each field of a message: column in a row or -1, offset from the id, size in bytes, kind."""
     kinds = {"f": _FLOAT, "b": _SIGNED, "h": _SIGNED, "i": _SIGNED}
     fields = [
         (_COLUMNS.get(w.name, -1), kind.offset(w.name), w.size, kinds.get(w.code, _UNSIGNED))
