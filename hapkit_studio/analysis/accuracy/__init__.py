@@ -22,7 +22,7 @@ from hapkit_studio.environments.base import Environment
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The charts of methods, the options of scenes, and the needs of scenes; each may be empty."""
+    """Results: charts of methods, options of scenes, and the terms that scenes need; each may be empty."""
 
     sheets: tuple[Sheet, ...] = ()
     scenes: tuple[SceneResult, ...] = ()

@@ -315,7 +315,7 @@ class SceneResult:
         return [o for o in accurate if math.isnan(top) or o.limit >= _LEAST_LIMIT * top]
 
     def is_stable_enough(self, option: Option) -> bool:
-        """Return True if an option is stable at the scene's stiffness with the margin."""
+        """Return True if an option is stable up to MARGIN times the scene's stiffness."""
         wanted = MARGIN * self.question.stiffness
         return wanted == 0.0 or option.limit >= wanted
 

@@ -1,4 +1,4 @@
-"""Servo rate: the accuracy of a wall at several rates, and the cost of the ticks per second.
+"""Servo rate: the accuracy of a wall at several rates, and the cost of the ticks of one second.
 
 The wall has 800 N/m, the highest stiffness that students choose on a Hapkit. A hand taps on it. The handle's
 path is compared with the path at a wall that is rendered at FINE_RATE.
