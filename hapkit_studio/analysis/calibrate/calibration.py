@@ -27,9 +27,10 @@ NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor wo
 
 
 class Calibration:
-    """Runs the steps on an open board, in the runner's thread; ``original`` has the settings at the start.
+    """Runs the steps of a calibration on an open board, in the runner's thread.
 
-    A step that moves the handle or changes settings raises DeviceError if the board fails.
+    ``original`` contains the board's settings at the start. A step that moves the handle or changes settings
+    raises DeviceError if the board fails.
     """
 
     def __init__(self, runner: BoardRunner):
@@ -205,7 +206,7 @@ class Calibration:
         return self.pushed
 
     def use_reading(self, reading: float) -> Strength:
-        """Apply the motor constant from a scale's reading in kg; raise ParameterError for a wrong one."""
+        """Apply the motor constant from a scale's reading in kg; raise ParameterError if it is wrong."""
         if self.pushed is None:
             raise ParameterError("Push on the scale first, and read it during the push.")
         pushed = self.pushed

@@ -26,10 +26,10 @@ from hapkit_studio.protocol.messages import Board
 MOVED = 0.3e-3
 """m: a handle that moves farther counts as moved."""
 AVERAGED = 9
-"""Samples of a pulse per mean, so that sensor noise is not mistaken for motion."""
+"""Number of samples that are averaged, so that sensor noise is not mistaken for motion."""
 GRAVITY = 9.81
 PLAUSIBLE = (0.25, 4.0)
-"""Accepted ratio of a motor's strength to its profile."""
+"""Accepted ratio of a motor's measured strength to the strength in the settings."""
 _SUSPICIOUS = 0.35
 """N: break-away force above which a dead band is a likelier cause than friction."""
 _BELOW = 0.85
@@ -40,7 +40,7 @@ _AT_LIMIT = 0.5
 SPRING_UNCERTAINTY, LENGTH_UNCERTAINTY = 0.03, 0.01
 """Relative uncertainties of a spring's stiffness and, without marks, of the length scale."""
 SPRINGS = (40.0, 1000.0)
-"""N/m; softer springs exceed the handle's reach, and with stiffer springs the shaking force rings."""
+"""N/m: the handle cannot stretch softer springs enough, and stiffer springs ring with the shaking force."""
 SPRINGS_DIFFER = 2.0
 """Smallest ratio of the stiffest to the softest spring."""
 # Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must

@@ -17,7 +17,7 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag
 
 FORCE_UNCERTAINTY = 0.002
-"""Relative uncertainty of a force that the steps of its duty cause."""
+"""Relative uncertainty of a force, because its duty has steps."""
 TIME_UNCERTAINTY = 50e-6
 """s; uncertainty of the board's time of a reading or of a force's start."""
 BAND_UNCERTAINTY = 3
