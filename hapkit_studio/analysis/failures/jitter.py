@@ -52,7 +52,7 @@ def nominal(case: base.Case) -> float:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the exact smallest stiffness in N/m at which motions grow in a loop with this pattern."""
+    """Return the exact limit in N/m: the smallest stiffness at which motions grow with this pattern."""
     periods = pattern(case)
     scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
     grows = [exact(k, case, periods) > 0.0 for k in scan]
@@ -85,7 +85,7 @@ def swing(stiffness: float, case: base.Case) -> np.ndarray:
 
 
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
-    """Return the growth in 1/s of a motion from its position and speed (n, 2), once per pattern."""
+    """Return the growth in 1/s of a motion from its position and speed (n, 2), sampled once per pattern."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = base.alive(size, DEAD * spring.START) // 2
     if not half:

@@ -37,7 +37,7 @@ def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
 
 
 def measured(case: base.Case, stiffness: float) -> float:
-    """Return the push in m at the boundary between settling and growing, by bisection around the formula."""
+    """Return the push in m at the boundary between settling and growing, by bisection near ``amplitude``."""
     middle, case = amplitude(case, stiffness), {**case, "stiffness": stiffness}
     ends = math.log(0.5 * middle), math.log(2.0 * middle)
 

@@ -77,7 +77,7 @@ TURNS = 80.0
 
 
 def setting(case: Case, estimator: Spec = "difference") -> LoopSettings:
-    """Return the ideal device and the loop of a case with mass, viscous, rate and optionally delay."""
+    """Return loop settings with an ideal device, for a case with mass, viscous, rate and optionally delay."""
     delay = case.get("delay", 0.0)
     return LoopSettings(
         case["rate"], delay, estimator, mass=case["mass"], viscous=case["viscous"], coulomb=0.0, quantum=0.0
@@ -101,7 +101,7 @@ def rate_of(where: LoopSettings, stiffness: float, out: np.ndarray) -> float:
 
 
 def evidence(where: LoopSettings, damping: float, stiffness: float) -> Evidence:
-    """Return the motion after release 1 mm from the centre, and whether it decays or grows."""
+    """Return the motion after a release 1 mm from the centre, and whether the motion decays or grows."""
     out = released(where, damping, stiffness)
     rate = rate_of(where, stiffness, out)
     place = 1e3 * out[:, rows.TRUE_POSITION]

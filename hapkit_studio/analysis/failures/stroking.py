@@ -15,7 +15,7 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
-WANTED = 10  # samples or counts that a ridge needs
+WANTED = 10  # number of samples, or of sensor counts, that a ridge needs
 _FASTEST = 1.5  # m/s: speed of the fastest mouse swipe
 WAVELENGTH = Parameter(
     "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"

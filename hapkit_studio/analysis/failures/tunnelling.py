@@ -23,7 +23,7 @@ MOST_SHOWN = 120.0
 
 
 def limit(case: base.Case) -> float:
-    """Return the limit w/(4 T) in m/s."""
+    """Return the limit w/(4 T) in m/s, with the bump's width w and the period T."""
     return case["width"] * case["rate"] / WANTED
 
 
@@ -42,7 +42,7 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
 
 
 def least_peak(runs: list[np.ndarray]) -> float:
-    """Return the smallest peak force of all throws, up or down the bump, as a fraction of the full peak."""
+    """Return the smallest peak of the absolute force over all throws, as a fraction of the full peak."""
     return min(float(np.abs(out[:, rows.FORCE]).max()) for out in runs) / PEAK
 
 
