@@ -165,7 +165,7 @@ class Sizes:
 
 
 def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
-    """Return the extent of a motion (n,) in the windows kept; all values are 0 if no window is kept."""
+    """Return the extent of a motion (n,) in the windows marked by ``kept``; all values are 0 without any."""
     if not kept.any():
         return Sizes(0.0, 0.0, 0.0, 0.0)
     x, v, a = (windows.derivative(position, order)[kept] for order in range(3))

@@ -164,7 +164,7 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
 
 
 def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tuple[np.ndarray, np.ndarray]:
-    """Split the hand's force (n,) into a smooth part at the samples and a part (n,) held between samples.
+    """Split the hand's force (n,) into a smooth part at the samples and a part (n,) constant between samples.
 
     The target is piecewise linear. Its speed, and with it the damper's force, therefore has steps. The
     recorded force of a sample is computed with the target's speed in the interval before the sample.

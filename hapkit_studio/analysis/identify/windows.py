@@ -43,14 +43,14 @@ _LONGEST_GAP = 1000
 class Grid:
     """Arrays (n,) on an even grid: position in m about its mean, commands and the hand's force in N.
 
-    ``hand`` is the smooth part of the hand's force, and ``hand_held`` the part that is held between samples.
-    ``there`` marks recorded samples. ``law`` marks samples at which the law's force was applied unchanged.
-    ``known`` marks samples at which the force in effect is known. ``contact`` marks samples at which the law
-    pushed. ``slope`` is the regression speed over 9 ms in m/s, ``sign`` its direction, 0 if uncertain, and
-    ``gone`` the distance in m moved in this direction. ``seen`` and ``speed`` are the position and velocity
-    passed to the law. ``damped`` marks samples at which the passivity controller added damping. ``target`` is
-    the position towards which the hand pulls, None unless it is known throughout. ``step`` is the sensor's
-    step in m; for noisier positions it is the step with the same variance.
+    ``hand`` is the smooth part of the hand's force, and ``hand_held`` the part that is constant between
+    samples. ``there`` marks recorded samples. ``law`` marks samples at which the law's force was applied
+    unchanged. ``known`` marks samples at which the force in effect is known. ``contact`` marks samples at
+    which the law pushed. ``slope`` is the regression speed over 9 ms in m/s, ``sign`` its direction, 0 if
+    uncertain, and ``gone`` the distance in m moved in this direction. ``seen`` and ``speed`` are the position
+    and velocity passed to the law. ``damped`` marks samples at which the passivity controller added damping.
+    ``target`` is the position towards which the hand pulls, None unless it is known throughout. ``step`` is
+    the sensor's step in m; for noisier positions it is the step with the same variance.
     """
 
     period: float
@@ -81,7 +81,7 @@ class Grid:
 
 
 def lay(recording: Recording) -> Grid:
-    """Put a recording on an even grid; at missing rows ``there`` is False."""
+    """Put a recording on an even grid; ``there`` is False where a row is missing."""
     steps, period = _sample_steps(recording)
     good = np.concatenate(([True], steps > 0))
     place = np.concatenate(([0], np.cumsum(np.clip(steps, 0, _LONGEST_GAP))))[good]
@@ -264,7 +264,7 @@ class Windows:
         return self._sums(commands, weight, -self.lead)
 
     def every(self, good: np.ndarray, before: int = 0) -> np.ndarray:
-        """Return for each window whether all its samples, and the ``before`` samples before it, are good."""
+        """Return for each window whether all its samples, and the ``before`` preceding samples, are good."""
         bad = np.concatenate(([0], np.cumsum(~good)))
         first = np.maximum(self.starts - before, 0)
         return bad[self.starts + self.length + 1] == bad[first]
