@@ -11,7 +11,7 @@ SECONDS = 1.0
 """s: duration of the positions to evaluate."""
 LEAST_AMPLITUDE = 50e-6  # m: smaller oscillations are jitter between two sensor steps
 _FREQUENCY_TOLERANCE = 0.1  # relative tolerance between the spectral peak and the cycle frequency
-_SUSTAINED = 0.8  # ratio of the last quarter's width to the widest quarter's, below which the motion decays
+_SUSTAINED = 0.8  # a motion decays if its last quarter is smaller than this fraction of its largest quarter
 
 
 class Oscillation(NamedTuple):

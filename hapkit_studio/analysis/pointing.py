@@ -1,6 +1,6 @@
 """Pointing experiment: how friction changes the time of a movement to a target (Richard and Cutkosky 2000).
 
-A plan consists of complete random blocks. Each round contains every condition in a random order, and for each
+A plan consists of several rounds. Each round contains every condition in a random order, and for each
 condition every pair of distance and width once. A trial ends when the handle rests. Its movement time is
 fitted to the index of difficulty log2(D/W + 1) (Shannon form, MacKenzie and Buxton 1992). The effective width
 is 4.133 standard deviations of the end points (ISO 9241-411, from memory). With few trials the logarithm of
@@ -32,7 +32,7 @@ START_WIDTH = 0.004  # m: width of the area in which a movement begins
 REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays within this range for this time
 SLOWEST = 0.005  # m/s: smallest peak speed of a movement; slower motions are ignored
 LONGEST = 6.0  # s: longest time of a movement
-HOLD = 0.6, 1.2  # s: range of the random time at the start until the target is shown
+HOLD = 0.6, 1.2  # s: range of the random time that the person waits at the start before the target is shown
 _LONGEST_TRIAL = 30.0  # s: longest trial that is accepted from a file, because all its samples are read
 _LEFT = 0.25  # fraction of the distance after which the handle has left the start
 _GAP = 0.1  # s: longest time between two samples
@@ -217,7 +217,7 @@ def rests(time: np.ndarray, position: np.ndarray) -> bool:
 
 
 def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | None:
-    """Return the trial of a target from its samples (n,) in s and m; None if nothing moved."""
+    """Return the trial of a target from its samples (n,) in s and m; None if the handle did not move."""
     found = movement(time, position)
     if found is None:
         return None
@@ -255,7 +255,7 @@ class Run:
         self._time, self._place = np.empty(0), np.empty(0)
 
     def feed(self, time: np.ndarray, place: np.ndarray) -> Trial | None:
-        """Add new samples (n,) in s and m; return the trial if they end one, else None."""
+        """Add new samples (n,) in s and m; return the trial if these samples end it, else None."""
         target = self.target
         if target is None or not len(time):
             return None

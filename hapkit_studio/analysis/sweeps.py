@@ -48,7 +48,7 @@ def no_progress(done: int, of: int) -> None:
 
 
 def workers(executor: Executor | None = None) -> int:
-    """Return the number of chunks computed in parallel; without an executor, this machine's cores."""
+    """Return the number of chunks computed in parallel; without an executor, the number of cores."""
     if executor is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(int(getattr(executor, "_max_workers", _UNKNOWN_WORKERS)), 1)
