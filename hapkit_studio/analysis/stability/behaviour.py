@@ -40,7 +40,7 @@ _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
 # Relative tolerances: oscillations with closer amplitudes are treated as one, and closer frequencies are
 # shown as one.
 _SAME, _SAME_SPEED = 0.05, 0.02
-# s: shortest window in scenes with objects
+# s: shortest time over which the motion is evaluated in a scene with an object
 _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
 # m: positions searched for a restoring force

@@ -77,12 +77,12 @@ class Plane:
     """The contents of a plane, in SI units.
 
     ``exact``, ``simple`` and ``friction`` (the limit for settling after a nudge) are (n,) over damping (n,).
-    ``again`` (2, n) is the next stable interval above the limit, NaN if there is none. ``edge_damping`` and
-    ``edge`` (k,) are the passivity line up to the largest passive damping. ``coulomb`` is the stiffness in
-    ``coulomb_line``, inf without sensor steps. ``hands`` are the limits at the margin's damping. For a
-    nonlinear estimator exact, friction, and the limits of hands and margin are NaN, and the edge is empty.
-    ``said`` is the handle's behaviour with the margin's impedance, and ``family`` contains the limits of the
-    worst hand; each is None unless it was requested.
+    ``again`` (2, n) is the next stable interval above the limit, NaN without such an interval.
+    ``edge_damping`` and ``edge`` (k,) are the passivity line up to the largest passive damping. ``coulomb``
+    is the stiffness in ``coulomb_line``, inf without sensor steps. ``hands`` are the limits at the margin's
+    damping. For a nonlinear estimator exact, friction, and the limits of hands and margin are NaN, and the
+    edge is empty. ``said`` is the handle's behaviour with the margin's impedance, and ``family`` contains the
+    limits of the worst hand; each is None unless it was requested.
     """
 
     setting: LoopSettings

@@ -22,7 +22,7 @@ from hapkit_studio.errors import ParameterError
 # delay
 _FEWEST, _A_TURN = 2000, 64
 _SLOWEST = 1e-4
-# a delay that differs from whole periods by a smaller fraction of a period is rounded
+# a delay that differs from whole periods by a smaller fraction of a period is rounded to whole periods
 _SAME = 1e-9
 _NEARLY = 1e-12
 _HALVINGS = 50

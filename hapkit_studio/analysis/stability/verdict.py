@@ -124,9 +124,9 @@ def unstable_ranges(inputs: VerdictInput) -> dict[str, list[tuple[float, float]]
     """Return the ranges of each parameter, in SI units, in which a nudge does not settle.
 
     The other values are fixed. The handle is released, or held if the scene only pushes it away. The ranges
-    are computed from the friction boundary and confirmed by simulated nudges. Without a restoring force on
-    both sides, only nudges are used, accurate to half a step. The result is empty if there is no limit, if a
-    parameter has no effect, or if the law is too slow.
+    are computed from the friction boundary and confirmed by simulated nudges. In a scene without a restoring
+    force on both sides, only simulated nudges are used, so the ranges are accurate to half a step. The result
+    is empty if there is no limit, if a parameter has no effect, or if the law is too slow.
     """
     try:
         return _ranges(inputs)
