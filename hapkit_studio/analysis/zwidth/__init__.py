@@ -8,7 +8,7 @@ PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the 
 MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "Largest force of the motor")
 DEVICE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "Largest force in a trial")
 
-# the search ended without a failed wall
+# reason why a search ended: even the stiffest wall did not fail
 HIGHEST = "highest"
 
 SIMULATED_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)

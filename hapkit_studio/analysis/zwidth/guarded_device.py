@@ -27,7 +27,7 @@ WALL = replace(
         for p in _PERSONS.parameters
     ),
 )
-# N/m: stable on every Hapkit
+# N/m: stiffness of a wall that is stable on every Hapkit
 CALM = 100.0
 _POLL_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
@@ -188,7 +188,7 @@ class GuardedDevice:
 
 
 def pressing_force(found: np.ndarray, into: float) -> float:
-    """Return the mean force in N on the wall over some rows."""
+    """Return the mean force in N with which the handle presses on the wall."""
     return float(-into * found[:, rows.APPLIED_FORCE].mean())
 
 

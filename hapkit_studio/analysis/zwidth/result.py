@@ -81,7 +81,7 @@ class ZWidth:
         setting: LoopSettings,
         conditions: "tuple[Condition, ...]",
     ) -> "ZWidth":
-        """Combine the points found at each damping with the linear loop's limits."""
+        """Combine the points found at each damping with the exact limits of the linear loop."""
         damping, fine = np.array(levels), np.linspace(0.0, levels[-1] or 1.0, _CURVE)
         linear, curve = (
             exact_boundary(setting, across) if setting.linear else np.full(len(across), math.nan)
