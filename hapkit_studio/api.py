@@ -155,9 +155,9 @@ def simulate(
     """Simulate an environment on a Hapkit; its parameters have their full values from the first sample on.
 
     ``rate`` is in Hz. ``delay`` is the time in s from sample to applied force, any non-negative value.
-    ``max_speed`` in m/s is the over-speed limit, which latches. ``controller``: use the passivity controller.
-    Raise ParameterError for an unknown name or invalid value, LawError if the law takes longer than a period
-    and longer than 1 ms.
+    ``max_speed`` in m/s is the over-speed limit, which latches. ``controller`` switches the passivity
+    controller on. Raise ParameterError for an unknown name or invalid value, LawError if the law takes longer
+    than a period and longer than 1 ms.
     """
     interrupts.listen()
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
@@ -213,8 +213,9 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
 
     ``time`` starts at 0, on the device's clock if this clock is continuous. ``settings`` are those at the
     end; ``settings_log`` contains the earlier ones, and ``warnings`` name every change. Columns that were not
-    recorded, state variables of other environments, and the true motion and the hand outside simulations are
-    NaN. Raise SessionError for an invalid file, and ParameterError if there are no samples.
+    recorded, and state variables of other environments, are NaN. The true motion and the hand are NaN unless
+    the device was simulated. Raise SessionError for an invalid file, and ParameterError if there are no
+    samples.
     """
     session = Session(path)
     try:
