@@ -1,4 +1,4 @@
-"""Figures of speed and accuracy: work-precision charts, a scene's errors by part, the table of needs.
+"""Figures of speed and accuracy: work-precision charts, a scene's errors by part, the terms that scenes need.
 
 Each method has the same marker and colour token in all charts; methods never differ in colour only.
 """
@@ -71,7 +71,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
-    """Write the figure of a result: charts of methods, bars of scenes, or the table of needs.
+    """Write the figure of a result: charts of methods, bars of scenes, or the table of needed terms.
 
     If ``board`` is true, plot the cost on the board for the methods that the board has.
     """
