@@ -69,7 +69,7 @@ def _has_folders() -> bool:
     try:
         for folder in ("config", "data", "cache", "documents"):
             getattr(platformdirs, f"user_{folder}_dir")()
-    except (KeyError, RuntimeError, ValueError):  # a missing variable; no home; a failed Windows call
+    except (KeyError, RuntimeError, ValueError):  # different systems report this differently
         return False
     return os.path.expanduser("~") != "~"  # older versions of platformdirs leave "~" in the path
 
