@@ -19,7 +19,7 @@ OPTIONS = (option("device", help="a device's key or a port; hands off, handle in
 
 
 def board_named(key: str) -> Any:
-    """Return the board with a key or on a port; raise ParameterError for other devices."""
+    """Return the board with a device key or on a port; raise ParameterError for a device without a board."""
     device = device_list.named(key)
     if not device.calibration:
         raise ParameterError(f"{key!r} has no board. Choose a port; `hapkit-studio devices` lists them.")

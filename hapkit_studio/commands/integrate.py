@@ -33,7 +33,7 @@ _OTHERS = {
 
 
 def files(program: Sequence[str]) -> dict[Path, str]:
-    """Return the text of each of the user's files by its path.
+    """Return the text of each file of the desktop integration by its path in the user's folders.
 
     ``program`` contains the words of the command that starts the studio.
     """
@@ -46,12 +46,12 @@ def files(program: Sequence[str]) -> dict[Path, str]:
 
 
 def installed() -> list[Path]:
-    """Return the user's files that exist."""
+    """Return the paths of those files that exist."""
     return [path for path in files([]) if os.path.exists(path)]
 
 
 def desktop_entry(program: Sequence[str]) -> str:
-    """Return the menu entry; it opens a session that the user double-clicks."""
+    """Return the text of the menu entry, which also opens sessions that the user double-clicks."""
     return f"""\
 [Desktop Entry]
 Type=Application
@@ -68,7 +68,7 @@ StartupWMClass=hapkit-studio
 
 
 def _quoted(word: str) -> str:
-    """Return an argument for the key Exec: it is quoted, then escaped as a string of a desktop entry."""
+    """Return an argument for the key Exec of a desktop entry: quoted, then escaped like any string there."""
     for special in ("\\", '"', "`", "$"):
         word = word.replace(special, f"\\{special}")
     return '"' + word.replace("\\", "\\\\").replace("%", "%%") + '"'
@@ -125,7 +125,7 @@ def _writing(text: str, path: Path) -> str:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Install or remove the user's files after asking; print the commands for root."""
+    """Install or remove the files after asking the user; print the commands for root."""
     if sys.platform in _OTHERS:
         raise ParameterError(_OTHERS[sys.platform])
     wanted = files(_program())

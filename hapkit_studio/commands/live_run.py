@@ -94,7 +94,7 @@ def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
-    """Wait until the delays are measured and the chosen renderer is active; else raise StudioError."""
+    """Wait until the delays are measured and the chosen renderer is active; raise StudioError on failure."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
     _check_board(engine, where)
@@ -179,7 +179,7 @@ def play(
     """Run with the scripted hand; return the rows and the duration of the run in s.
 
     The run ends early if the device disappears, if its link is too slow, or if the user presses Ctrl+C. The
-    rows received until then are returned. ``watch`` is called regularly with the time.
+    rows received until then are returned. ``watch`` is called regularly with the time in s since the start.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
@@ -226,7 +226,7 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
 
 
 def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return measurements of computer, board and link of an open device; ``table`` is the run's rows."""
+    """Return the measured data of computer, board and link of a device; ``table`` has the run's rows."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay, loop = engine.delay_of(where), engine.loop_of(where, 0.0)

@@ -25,9 +25,9 @@ SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
 FAULT = 2
 """Exit code of a run that ended with a fault."""
 _COVERED = 0.9
-"""Fraction of the time covered by samples below which a remark is printed."""
+"""A remark is printed if the samples cover less than this fraction of the time."""
 _REMARK_SKIPPED = 0.01
-"""Fraction of skipped samples above which a remark is printed."""
+"""A remark is printed if more than this fraction of the samples was skipped."""
 
 
 def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
