@@ -71,7 +71,7 @@ class Device:
 
     @property
     def name(self) -> str:
-        """Return the name in a sentence."""
+        """Return the device's name for use within a sentence."""
         return self.title
 
     @property

@@ -227,7 +227,7 @@ class BoardRunner:
         self._cancel.clear()
 
     def check_stopped(self) -> None:
-        """Raise StoppedError or CancelledError if the motor must be off; send an E-stop to the board."""
+        """Raise CancelledError after a cancellation; in an E-stop, stop the board and raise StoppedError."""
         if self.stopped:
             self.board.send_messages(Stop())
             raise StoppedError("Stopped. Force is zero.")

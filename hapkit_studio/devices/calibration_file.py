@@ -74,7 +74,7 @@ ORIGINS = {
     Origin.DAMAGED: "default: the stored settings are damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
-"""Descriptions of the origin of the settings in force."""
+"""Descriptions of the origin of a board's current settings."""
 _LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8 of full motor power"}
 
 

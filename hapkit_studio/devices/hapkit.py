@@ -45,7 +45,7 @@ HANDSHAKE_TIME = 4.0
 """s: longest wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
 
 SAVE_TIME = 2.0
-"""s: wait after Save: the chip writes a byte of the EEPROM in 3.4 ms."""
+"""s: time-out of the reply to Save, because the chip takes 3.4 ms to write a byte of the EEPROM."""
 
 PACKET = 62
 """Data bytes in a packet of an FTDI chip, which sends a full packet without waiting for the latency timer."""
@@ -75,7 +75,7 @@ _POSSIBLE: dict[str, tuple[float, float]] = {
     "watchdog_ms": (1, 1_000),
     "pwm_top": (1, 65_535),
 }
-"""Settings from which the firmware computes forces; a recording contains them."""
+"""Possible range of each setting that determines the forces; recordings contain these settings."""
 
 
 Reply = TypeVar("Reply", bound=Message)

@@ -26,7 +26,7 @@ class Padding(NamedTuple):
 
     @property
     def better(self) -> int:
-        """Return PACKET if padding reduces the delay by more than 5 %, else 0, because it costs bandwidth."""
+        """Return PACKET if padding reduces the delay by over 5 %, else 0, because padding costs bandwidth."""
         return PACKET if self.padded < 0.95 * self.plain else 0
 
 

@@ -33,7 +33,7 @@ def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
 
 
 def quantum_of(board: Board) -> float:
-    """Return the handle's travel per count in m, from the radii: turn * rp / rs * rh / counts."""
+    """Return the handle's travel per count in m, computed from the radii of pulley, sector and handle."""
     gear = board.pulley_radius / board.sector_radius
     # the magnetoresistive sensor repeats every half turn of the motor, the other sensors every full turn
     repeat = math.pi if board.sensor == Sensor.MAGNETORESISTIVE else 2.0 * math.pi
@@ -41,7 +41,7 @@ def quantum_of(board: Board) -> float:
 
 
 def full_force(board: Board | Hello) -> float:
-    """Return the force on the handle at full duty in N: torque * rs / (rh * rp)."""
+    """Return the handle force at full duty in N: torque * sector radius / (handle radius * pulley radius)."""
     return board.motor_constant * board.sector_radius / (board.handle_radius * board.pulley_radius)
 
 

@@ -241,7 +241,7 @@ def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
 
 
 def _timer(port: str, identity: Identity) -> float | None:
-    """Return the timer in s if the system reports it."""
+    """Return the latency timer in s; None if the system does not report it."""
     try:
         if sys.platform == "win32":
             import winreg
