@@ -41,7 +41,7 @@ def stribeck(velocity, static, kinetic, stribeck_velocity):
 
 @compiled
 def bristle(bend, moved, level, stiffness):
-    """Return the deflection in m of a bristle after its root has moved; it tends to level / stiffness.
+    """Return a bristle's deflection in m after its root has moved; the deflection tends to level / stiffness.
 
     This is the law of Dahl and LuGre, exact for a level in N that is constant during the step. ``stiffness``
     is in N/m and positive.

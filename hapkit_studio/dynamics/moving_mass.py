@@ -147,8 +147,8 @@ def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touc
     """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first earlier event.
 
     Each search shortens the span for the next search. In a piece the velocity has at most one zero. The
-    velocity may equal the handle's velocity twice. If the two initially differ by less than ``swing``, the
-    piece is therefore split at the extremum of the velocity.
+    velocity may equal the handle's velocity twice. If this is possible, the piece is therefore split at the
+    extremum of the velocity.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)

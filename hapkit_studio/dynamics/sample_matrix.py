@@ -15,9 +15,9 @@ from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.dynamics.paddle import apply, transition
 
 Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
-"""A function of state (k,), position in m, velocity in m/s and elapsed s; it returns N and the state.
+"""A function of the state (k,), position in m, velocity in m/s and elapsed time in s.
 
-It is linear in state, position and velocity.
+It returns the force in N and the next state, and is linear in state, position and velocity.
 """
 
 _ESTIMATOR = 6  # size of the state of a linear estimator; its first value is the last position
