@@ -48,7 +48,7 @@ def force(p, s, x, v, dt):
 
 
 def check(values: Values) -> str:
-    """Return why the snap cannot start at a position; "" if it can."""
+    """Return why the snap cannot start at the chosen position; "" if it can."""
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
         return ""

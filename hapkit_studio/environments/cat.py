@@ -11,9 +11,9 @@ from hapkit_studio.parameters import Choice, Parameter
 
 FUR_STIFFNESS = 200.0  # N/m: a stroke bends hairs by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
-# Speeds of the hand in m/s. Below the first speed it rests. Between the next two the cat feels a caress (1 to
-# 10 cm/s: C-tactile afferents, Löken et al. 2009; the range is wider here, because tufts vary the speed).
-# Above the last speed the hand is rough.
+# Speeds of the hand in m/s. Below the first speed the hand rests. Between the next two the cat feels a caress
+# (1 to 10 cm/s: C-tactile afferents, Löken et al. 2009; the range is wider here, because tufts vary the
+# speed). Above the last speed the hand is rough.
 RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.14
 PACE_TIME = 0.01  # s: time constant of two low-pass filters, which suppress sensor counts and the purr
 # contentment per metre that a caress adds, and that a stroke against the nap and a rough stroke remove

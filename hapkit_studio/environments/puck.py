@@ -22,7 +22,7 @@ STATE = dict.fromkeys(
 
 
 def begin(x):
-    """Return the puck's initial position: START, or next to a handle that is there."""
+    """Return the puck's initial position: START, or beside the handle if the handle is at START."""
     gap = x - START
     if abs(gap) >= RADIUS:
         return START

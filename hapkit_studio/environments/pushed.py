@@ -1,4 +1,4 @@
-"""Functions for objects that the handle pushes: contact, integrator, and a check of its step."""
+"""Functions for objects that the handle pushes: parameters, and a check of the integrator's step."""
 
 from collections.abc import Iterator
 
@@ -16,7 +16,7 @@ LABELS = (
 
 
 def contact(what: str) -> tuple[Parameter, Parameter]:
-    """Return the stiffness and damping between the handle and an object of this name."""
+    """Return the parameters for stiffness and damping between the handle and an object with this name."""
     inside = f"Force for each metre that the handle is inside the {what}"
     closing = f"Force for each m/s of approach speed between the handle and the {what} while they touch"
     symbol = "k<sub>u</sub>"
@@ -27,7 +27,7 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 
 
 def integrator(what: str) -> Choice:
-    """Return the choice of integrator for an object's motion."""
+    """Return the parameter that selects the integrator of an object's motion."""
     words = (
         f"Method that computes the {what}'s motion step by step. Explicit Euler and the rule of the lecture "
         "(averages of old and new values) add energy in each step."
