@@ -50,7 +50,7 @@ def delete_draft(path: Path) -> None:
 
 
 class MessageLine(QWidget):
-    """Shows one message at a time; ``say`` replaces it."""
+    """Shows one message at a time; ``show_text`` replaces the message."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
