@@ -205,7 +205,7 @@ class MeasuringPage(Page):
     """Accessible names of drawing and table; "" if the view has no drawing."""
     buttons = ("Measure", "Measure again")
     needs = "analysis"
-    """Name of the functions that must be compiled before the measurement, "" if there are none."""
+    """Name of the group of functions that must be compiled before the measurement; "" for no functions."""
     conditions_title = "Conditions"
     side: SidePanel
 
