@@ -199,7 +199,7 @@ class StabilityPage(MeasuringPage):
             self.run()
 
     def show_result(self, measured: Measured) -> None:
-        """Store a measurement; a previous one with the other setting of the passivity controller is kept."""
+        """Store a measurement; keep a measurement with the opposite setting of the passivity controller."""
         self.results.add(measured)
         self._show_all()
 

@@ -56,8 +56,8 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
 def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     """Return a title, and the name and value of every limit.
 
-    The limits are those of the stiffness at the rendered damping. If no stiffness is rendered, they are those
-    of the damping.
+    These are limits of the stiffness at the rendered damping. If no stiffness is rendered, they are limits of
+    the damping.
     """
     plane, asked = lines.plane, lines.question.asked
     across = plane.margin.damping
