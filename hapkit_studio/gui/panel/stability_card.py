@@ -86,7 +86,7 @@ class StabilityMap(Canvas):
             axis.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: CardResult) -> None:
-        """Show another verdict; the axes include the dot, the limit and, if it is low, the whole boundary."""
+        """Show another verdict; the axes include the dot, the limit, and the whole of a low boundary."""
         self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[answer.verdict.worst]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
