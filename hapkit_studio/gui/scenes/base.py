@@ -192,9 +192,9 @@ def _nothing(*_given: object) -> None:
 class Scene:
     """The drawing of one environment; without an environment only the handle is drawn.
 
-    A user's environment may name this scene although its parameters and state differ. ``fixed`` is painted
-    once for each size, theme and set of parameters, and includes marks below the rail. ``moving`` is painted
-    behind the handle in every frame. ``labels`` is painted last, when the occupied areas are known.
+    A user's environment may use this scene with different parameters and a different state. ``fixed`` is
+    painted once for each size, theme and set of parameters, and includes marks below the rail. ``moving`` is
+    painted behind the handle in every frame. ``labels`` is painted last, when the occupied areas are known.
     ``per_newton`` is the force arrow's length in px per newton at u = 1. ``tip`` returns the row in px where
     the stem ends on a surface. ``height`` is the preferred height of the card in px. ``widest`` is the
     maximum width of the picture as a multiple of its height.
