@@ -45,7 +45,10 @@ class WindowState:
         settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
 
     def restore(self) -> None:
-        """Restore all valid stored settings, including locked ones; then a motor stays off until *Render*."""
+        """Restore all valid stored settings, including locked ones.
+
+        Afterwards, a motor stays off until the user presses *Render*.
+        """
         with self._studio.temporarily():
             self._restore()
 
