@@ -67,9 +67,9 @@ def usable(
     given: Mapping[str, object],
     reject: Reject = ignore,
 ) -> dict[str, float]:
-    """Return an environment's values, updated with the valid ones of those given.
+    """Return the given values that are valid, and the environment's defaults for the other parameters.
 
-    If these values are invalid in combination, return the defaults.
+    If these values are invalid in combination, return only defaults.
     """
     try:
         return environment.values(checked(environment.parameters, given, reject))

@@ -219,7 +219,7 @@ class UndoHistory(QObject):
         self._last, self._environments = settings_of(self.studio), dict(self.studio.environments)
 
     def _refresh(self) -> None:
-        """Push an undo command for user changes; ignore values that a reloaded law brings."""
+        """Push an undo command if the user has changed settings; ignore the values of a reloaded law."""
         if self._applying:
             return
         last, environments = self._last, self._environments
