@@ -23,9 +23,9 @@ _RATE = "loop", "rate"
 class DemoPlayer(QObject):
     """Changes settings and moves the virtual hand as a demo prescribes, until the user intervenes.
 
-    The previous settings are then restored. If a real motor waits for *Render*, the demo goes on; any other
-    E-stop ends the demo. The player never releases an E-stop. ``changed`` is emitted when a demo starts or
-    ends, and for each new caption. ``clock()`` returns the time in s.
+    The previous settings are then restored. If a motor stays off until the user presses *Render*, the demo
+    goes on; any other E-stop ends the demo. The player never releases an E-stop. ``changed`` is emitted when
+    a demo starts or ends, and for each new caption. ``clock()`` returns the time in s.
     """
 
     changed = Signal()

@@ -40,9 +40,9 @@ _NONE = "No stable value was found for this loop and grip. Close the quiz and ch
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
-    """Return the parameter that the quiz asks for, or None.
+    """Return the parameter that the quiz asks for, which is the environment's first parameter.
 
-    It is the first parameter, provided that the environment's law consists only of its declared terms.
+    Return None if it is unsuitable, or if the law does not consist only of its declared terms.
     """
     first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
     if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:
@@ -167,7 +167,7 @@ class Quiz(QObject):
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return the parameter that the quiz can ask for now; None if none is suitable or it is locked."""
+        """Return the parameter that the quiz can ask for now; None if it is locked or none is suitable."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.temporary or card.verdict_input() is None:
