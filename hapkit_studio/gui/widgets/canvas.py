@@ -253,7 +253,7 @@ class Canvas(pg.GraphicsView):
         self.paint_marks(painter, box)
 
     def note(self, painter: QPainter, x: float, y: float, text: str, token: str, right: bool = False) -> None:
-        """Write a label inside the plot with a halo, shifted into the frame."""
+        """Write a label with a halo; a label at the edge is shifted into the frame."""
         font, box = theme.font("label"), self.measure()
         width = QFontMetricsF(font).horizontalAdvance(text)
         most = max(box.right() - width - 4, box.left() + 4)

@@ -26,7 +26,9 @@ from hapkit_studio.gui.widgets.theme import theme
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
 Margins = tuple[int, int, int, int]
 _Box = TypeVar("_Box", bound=QBoxLayout)
-_NARROW_ANSWERS = 256  # px: between the width of answers in the narrow panel (240) and in the wide one (268)
+# px: narrower answers have smaller letters. Answers are 240 px wide in the narrow panel, and 268 px
+# otherwise.
+_NARROW_ANSWERS = 256
 
 
 def hbox(

@@ -11,7 +11,7 @@ from hapkit_studio import resources
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.theme import theme
 
-_THIN = 3  # px: a size up to this is the width of a thin line, which is multiplied by the theme's frame
+_THIN = 3  # px: sizes up to this are line widths; they are multiplied by the theme's ``frame``
 
 
 def apply(app: QApplication) -> None:

@@ -63,7 +63,7 @@ class Theme(QObject):
         return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
 
     def apply(self, app: QApplication) -> None:
-        """Apply this theme to the application; from now on it follows the system's theme."""
+        """Apply this theme to the application, and follow changes of the system's theme from now on."""
         if self._app is None:
             self._app = app
             app.setStyle("Fusion")
