@@ -69,7 +69,7 @@ class BoardDialog(QDialog):
 
     @classmethod
     def open_over(cls, studio: "Studio", window: QWidget, closed: SignalInstance) -> "BoardDialog":
-        """Open a dialog that the signal ``closed`` closes, or raise the open dialog that owns the board."""
+        """Open a dialog, which the signal ``closed`` closes, or bring an open board dialog to the front."""
         for dialog in window.findChildren(BoardDialog):
             if dialog.isVisible():
                 dialog.raise_()

@@ -99,7 +99,7 @@ class StepPage(QWizardPage):
     # building blocks
 
     def add_text(self, words: str = "", role: str = "") -> QLabel:
-        """Add an instruction and return its label that takes no extra height."""
+        """Add an instruction and return its label, which is only as high as its text."""
         made = label(words, role)
         made.setAlignment(Qt.AlignmentFlag.AlignTop)
         policy = made.sizePolicy()
