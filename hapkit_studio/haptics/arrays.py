@@ -44,7 +44,7 @@ TICK = record(
     ("row_flags", "i8"),  # flags of the last row
     ("generation", "i8"),  # generation of the settings that was accepted last
     ("slow_law", "i8"),  # address of the law that was too slow
-    ("signals", "i8"),  # headless runs: the socket that reports signals
+    ("signals", "i8"),  # headless runs: the socket that reports signals of the operating system
     # headless runs: number of ticks, and of loop iterations, since the clock was last read
     ("ticks_done", "i8"),
     ("work_done", "i8"),

@@ -116,7 +116,7 @@ class PlanRequest:
 class BoardPlanner:
     """Plans how a board renders laws.
 
-    ``room`` is the number of bytes that the board has for one law. ``settings`` are the settings of the open
+    ``arena`` is the number of bytes that the board has for one law. ``settings`` are the settings of the open
     board; None without an open board.
     """
 

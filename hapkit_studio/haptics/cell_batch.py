@@ -29,7 +29,7 @@ _STEADY_SHARE = 0.01
 
 
 class Cells(NamedTuple):
-    """The values that differ between the runs, with one entry or row per cell."""
+    """The values that differ between the runs; each run is one cell, with one entry or row in every array."""
 
     numbers: np.ndarray  # (n, p): the first p parameters of the law
     starts: np.ndarray  # (n,) m: position at which the handle is released at rest
@@ -40,7 +40,7 @@ class Cells(NamedTuple):
 class Limits(NamedTuple):
     """Conditions that end a run early."""
 
-    far: float  # m: the handle has left if |x| exceeds this value or is not finite
+    far: float  # m: the handle has left its range if |x| exceeds this value or is not finite
     still: int  # samples: the handle has come to rest if it has not moved for this number of samples
     faint: float  # m: the motion has died out if it stays within this range for a whole part
     small: float  # m: a steady motion of at most this size needs no further samples

@@ -112,7 +112,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
 
 @internal
 def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
-    """Update the counts of refused forces and unreadable frames from the board's 8-bit counters."""
+    """Count forces that the board refused, and frames that it could not read, from its 8-bit counters."""
     state = conn.state
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
     if state.started and sample[codec.KIND] == codec.SAMPLE:
