@@ -174,7 +174,7 @@ Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call
 
 @dataclass
 class Function:
-    """A function that is called several times; its parameters and results are variables with these names."""
+    """A function that is called several times; ``parameters`` and ``results`` are names of variables."""
 
     key: str
     name: str
@@ -405,7 +405,7 @@ def _zero(args: tuple[Expr, ...]) -> bool:
 
 
 def _times(a: Expr, b: Expr) -> Expr:
-    """Return a product in which constant factors are merged and signs are outside."""
+    """Return a product in which constant factors are merged, with the sign in front of the product."""
     factor: Num | None = None
     parts: list[Expr] = []
     negative = False
