@@ -545,7 +545,7 @@ MEASUREMENTS = _table(
 
 @dataclass(frozen=True)
 class Need:
-    """A movement that a check requires: a function that measures it, its unit, and a sentence on its lack."""
+    """A required movement: a function that measures it, its unit, and a message if it is too small."""
 
     compute: Callable[[Samples], float]
     unit: str
