@@ -74,7 +74,7 @@ class Notices(QObject):
         live.health.connect(self.on_health)
 
     def show_stop(self) -> None:
-        """Show or remove the banner of a stopped motor, which the user releases, or starts with *Render*."""
+        """Show or remove the banner of the E-stop, or of a motor that waits for a click on *Render*."""
         title, text, release, tone = _WAITS if self._studio.waits_for_render else _STOPPED
         ways = ((release, self._studio.release_stop),)
         self._show(self._studio.stopped, "stop", _STOP, (title, text), ways, tone, "octagon")
