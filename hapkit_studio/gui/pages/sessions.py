@@ -352,7 +352,7 @@ class SessionsPage(Page):
 
     @property
     def _titles(self) -> Callable[[str], str]:
-        """Return a function that returns an environment's title for its key, and an unknown key unchanged."""
+        """Return a function from an environment's key to its title; it returns an unknown key unchanged."""
         known = self._studio.environments
         return lambda key: known[key].title if key in known else key
 
