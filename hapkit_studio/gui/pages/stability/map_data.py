@@ -92,7 +92,7 @@ def _every(setting: LoopSettings, width: float) -> dict[str, np.ndarray]:
 
 @lru_cache(maxsize=8)
 def damping_limits(setting: LoopSettings) -> dict[str, float]:
-    """Return each hand's damping limit in N·s/m if no stiffness is rendered; the limits are within 0.2 %."""
+    """Return each hand's damping limit in N·s/m if no stiffness is rendered, accurate to 0.2 %."""
     found: dict[str, float] = {}
     for hand in GRIPS if setting.linear else ():
         held, low, high = replace(setting, hand=hand), 0.0, 1.0
