@@ -70,7 +70,7 @@ class RendererFacts:
 
 
 def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | None]:
-    """Return the exact stiffness limit in N/m of each setting at a damping in N·s/m; a None stays None."""
+    """Return each setting's exact stiffness limit in N/m at a damping in N·s/m; None for no setting."""
     from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     settings, damping = question
