@@ -39,7 +39,7 @@ _PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
 # length of the tail in units from root to tip; amplitude of its swing in degrees
 _TAIL_LONG, _SWING = 62.0, 14.0
 _BREATH = 0.012  # amplitude of the breath, as a fraction of the body's height
-# the cat is at rest between -_CONTENT and _CONTENT; bend in mm at which hairs are drawn fully bent
+# the cat is at rest if its contentment is within ±_CONTENT; bend in mm at which hairs are drawn fully bent
 _CONTENT, _FULL_BEND = 0.1, 3.0
 _ASIDE, _AWAY = 1.9, -2.4  # shift of the pupils towards the hand, and away from it, in units of the picture
 _FARTHEST = 2.0  # mm: maximum reach of the paw
