@@ -39,7 +39,7 @@ TICK = record(
     ("slot", "i8"),  # index of the active slot in params, states and laws
     ("started", "i8"),
     ("number", "i8"),  # number of ticks since the start
-    ("stale", "i8"),  # 0 while samples arrive, otherwise 1 + the cause
+    ("stale", "i8"),  # 0 while the sensor is not stale, otherwise 1 + the cause (see CAUSES)
     ("cleared", "i8"),  # value of control.clear at the last reading
     ("row_flags", "i8"),  # flags of the last row
     ("generation", "i8"),  # generation of the settings that was accepted last
@@ -107,7 +107,7 @@ CONTROL = record(
     *_lines("head", "accepted"),  # number of rows written; generation of the settings that are used
     *_lines("fault", "done"),  # the latched fault; whether the loop has ended
     *_lines("missed", "lost_frames", "crc_errors"),  # numbers of missed ticks and frames
-    # how often the samples stopped arriving: in total, and for each of CAUSES
+    # how often the force was temporarily zero: in total, and for each of CAUSES
     *_lines("stale_count", "stale_causes"),
     # how many forces the board refused because they were too old, and how many bad frames it received
     *_lines("stale_forces", "board_errors"),
