@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def load_missing_libraries() -> None:
-    """Load common desktop libraries; load the bundle's own copy of a library that this computer lacks."""
+    """Load this computer's desktop libraries, and the bundle's own copy of each library that it lacks."""
     for library in sorted(Path(__file__).with_name("desktop-libraries").glob("*")):
         try:
             ctypes.CDLL(library.name.partition("-")[2])
