@@ -1,7 +1,7 @@
 """Friction models: the accuracy of their stick-slip, and their drift under a small vibrating load.
 
 In the test of stick-slip, a spring pulls a virtual mass. In the test of drift, the load is smaller than the
-friction, and the friction environment's law renders each model on the handle with the loop's own tick.
+friction. The law of the friction environment renders each model on the handle, with the loop's own tick.
 """
 
 import math
@@ -23,8 +23,8 @@ from hapkit_studio.haptics import headless, rows
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
-# N, N, Hz: a constant pull, and amplitude and frequency of an added vibration; their sum is below the kinetic
-# friction
+# N, N, Hz: a constant pull, and amplitude and frequency of an added vibration; pull plus amplitude is smaller
+# than the kinetic friction
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
 # m/s: initial speed of the handle. Each model must bring the sliding handle to rest; starting at rest would

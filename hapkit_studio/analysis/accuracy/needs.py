@@ -47,8 +47,8 @@ class Effect:
     """The largest effect of removing a term, over all senses and all motions of a hand.
 
     ``felt`` is the effect in JND, None if it was not evaluated. ``strict`` is the effect in the JND of the
-    most sensitive people. ``since`` is the value from which the term is felt, NaN if it was not found. For
-    sampling it is a rate in Hz, for other terms a delay in s or a stiffness in N/m. ``limit`` and
+    most sensitive people. ``since`` is the value at which the term begins to be felt: for sampling a rate in
+    Hz, for other terms a delay in s or a stiffness in N/m; NaN if it was not found. ``limit`` and
     ``without`` are the released handle's exact stiffness limits in N/m with and without the term.
     """
 
@@ -161,7 +161,7 @@ class _Rendered:
         return trials.felt(self.environment, trial, one, other, self._force_share)
 
     def effect(self, label: str, gone: Sequence[str]) -> Effect:
-        """Return the largest felt difference that removing some terms causes under any hand."""
+        """Return the largest felt difference, over all hands, that is caused by removing some terms."""
         scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
         if tuple(gone) == ("mass",):
             scripted = [trial for trial in scripted if trial.holds]

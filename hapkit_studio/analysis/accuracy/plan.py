@@ -1,10 +1,10 @@
 """Work-precision charts: the error of methods over their cost, the Pareto front and the best methods.
 
 The cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of
-compiled work is the minimum over many runs, which several other runs must confirm. All candidates run
-alternately. The spread of a cost is the range of the fastest quarter of the runs; it is at least the fraction
-KNOWN of the cost. Only the thread's own processor time is measured; other programs can lengthen it a little,
-but never shorten it.
+compiled work is the shortest time of many runs; several other runs must nearly reach this time. All
+candidates run alternately. The spread of a cost is the range of the fastest quarter of the runs; it is at
+least the fraction KNOWN of the cost. Only the thread's own processor time is measured; other programs can
+lengthen it a little, but never shorten it.
 """
 
 import math
@@ -117,7 +117,7 @@ class Sheet:
         return tuple(p for p in self.points if p.method == method)
 
     def winners(self, tolerance: float, board: bool = False) -> tuple[Point, ...]:
-        """Return the cheapest point within a tolerance, then those with an indistinguishable cost."""
+        """Return the cheapest point within a tolerance, followed by points of indistinguishable cost."""
         good = [p for p in self.points if p.error <= tolerance and math.isfinite(p.cost(board))]
         good.sort(key=lambda p: (p.cost(board), p.error))
         spread = 0.0 if board or not good else good[0].spread
@@ -181,7 +181,7 @@ TIMED_STEPS = 8000
 LEAST_TURNS, MOST_TURNS = 40, 400
 # A minimum is confirmed if HITS runs are within the factor NEAR of it, or after ENOUGH_NS ns of work.
 HITS, NEAR = 8, 1.03
-KNOWN = 2 * (NEAR - 1)  # two costs are equal if their relative difference is smaller than this
+KNOWN = 2 * (NEAR - 1)  # costs with a smaller relative difference are considered equal
 ENOUGH_NS = 500_000_000
 # the thread's processor time; on Windows wall-clock time, because processor time has steps of 16 ms there
 CLOCK: Callable[[], int] = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns

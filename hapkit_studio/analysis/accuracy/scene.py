@@ -40,7 +40,7 @@ PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit"
 METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
 SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's rate
 LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal if the result is needed within 50 ms
-KNOWN = 0.05  # JND: accuracy of the ideal; errors are equal if they differ by less
+KNOWN = 0.05  # JND: accuracy of the ideal; errors that differ by less are considered equal
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
 # If no option has the margin, an option's error must not exceed this multiple of the least error, and its
 # limit must reach this fraction of the highest limit among those options.
@@ -63,7 +63,7 @@ class Place:
     delay: float | None = None
 
 
-ON_COMPUTER = Place(COMPUTER, RATE.default)  # at this rate a Hapkit sends its position
+ON_COMPUTER = Place(COMPUTER, RATE.default)  # the rate at which a Hapkit sends its position
 ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
 
 
@@ -169,7 +169,7 @@ class Ideal:
         return rate
 
     def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
-        """Return the felt difference for an option of which only the given parts are real."""
+        """Return the felt difference of an option from the ideal, if only the given parts are real."""
         return self._difference(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
 
     def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
@@ -210,8 +210,8 @@ class Ideal:
     def own(self, option: Option) -> tuple[tuple[float, float], ...]:
         """Return (board cycles per second, the method's own error) at an option's rate and at double rate.
 
-        This error is the largest difference in position from the exact method at the same rate, in JND of 0.4
-        mm. All other components of the loop are ideal.
+        This error is the largest difference in position from the exact method at the same rate, as a multiple
+        of the JND of 0.4 mm. All other components of the loop are ideal.
         """
         found = []
         for times in (1.0, 2.0):
@@ -414,7 +414,7 @@ def limit_text(limit: float) -> str:
 
 
 def limit_of(question: SceneRequest, options: Options, rate: float, delay: float, spec: Spec) -> float:
-    """Return the exact stiffness limit of a released handle, or of the handle pressed against an object.
+    """Return the exact stiffness limit of a released handle or, with an object, of a handle that presses it.
 
     The damping is that of the exact method: additional damping near zero speed, such as the slope of a
     smoothed friction, does not permit a stiffer spring.

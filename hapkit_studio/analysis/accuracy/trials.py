@@ -13,7 +13,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import headless, rows
 
-# m/s to the right from the middle: initial speed of a released handle, which would not move otherwise
+# m/s, to the right: speed at which a released handle starts from the middle, because it would not move
+# otherwise
 THROWN = 0.5
 THROWS = np.linspace(0.3, 0.7, 81)
 SECONDS = {
