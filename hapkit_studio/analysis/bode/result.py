@@ -138,7 +138,7 @@ class Curve:
 
     @property
     def best(self) -> Response:
-        """Return the response from which the marks are computed: the theory, or else the measurement."""
+        """Return the response for computing the marks: the theory if it is known, else the measurement."""
         if self.theory is not None:
             return self.theory
         there = self.coherence > 0.0
@@ -277,9 +277,10 @@ class Spectra:
 
 @dataclass(frozen=True)
 class Bode:
-    """The rendered impedance of a scene in one or more loops, excited about ``place``; lengths in m.
+    """The rendered impedance of a scene in one or more loops.
 
-    ``notes`` contains the reason of each failed measurement.
+    ``place`` and ``amplitude`` of the excitation are in m. ``notes`` contains the reason of each failed
+    measurement.
     """
 
     environment: Environment
