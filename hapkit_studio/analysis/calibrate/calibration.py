@@ -67,7 +67,7 @@ class Calibration:
         self._constant = self.board.motor_constant
 
     def change_geometry(self, **changes: Any) -> None:
-        """Apply measured radii in m, or counts per turn; they set the scale until marks are measured."""
+        """Apply measured radii in m, or counts per turn; they determine the scale until marks measure it."""
         self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
     # --- sensor
@@ -130,7 +130,10 @@ class Calibration:
         return replace(found, text=found.text + more) if band else found
 
     def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
-        """Return the direction that the pushes show, and whether a reversal and a retry were needed."""
+        """Push and return the direction, and whether the motor was reversed.
+
+        If it was, its sign is corrected, and the push is repeated.
+        """
         self.direction = push()
         wrong = self.direction.agrees is False
         if wrong:

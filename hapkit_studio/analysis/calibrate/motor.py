@@ -46,8 +46,8 @@ SPRINGS_DIFFER = 2.0
 # Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must
 # slide.
 _EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
-# A leg is the rise or the fall of a pull. A step in a leg has the size of _STEP times the residual rms that
-# it causes. A leg is straight if its step is smaller than the fraction _BENT of its length.
+# A leg is the rise or the fall of a pull. A step of size s in a leg causes a residual rms of s / _STEP. A leg
+# is straight if its step is smaller than the fraction _BENT of its length.
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))

@@ -95,9 +95,9 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     Return the board's dead band unless another value fits much better. With ``fine``, return the best value
     near the board's, however small the improvement.
 
-    m a + b v + Fc sgn v + c must equal the force. Only the right dead band gives the force this shape, for
-    any motor constant. Residuals are relative to the inertial force, not to friction: a dead band that is too
-    small looks like friction, which would make the relative residual small.
+    m a + b v + Fc sgn v + c must equal the force. The force has this form only with the right dead band,
+    whatever the motor constant is. Residuals are relative to the inertial force, not to friction: a dead band
+    that is too small looks like friction, which would make the relative residual small.
     """
     recording = recording_of(track, board)
     grid = lay(recording)
