@@ -18,7 +18,7 @@ _TIMES, _SAMPLES = 10.0, 300_000
 
 
 def amplitude(case: base.Case, stiffness: float) -> float:
-    """Return the amplitude F_c/k coth(π σ/2ω) in m, from the half-cycle map with friction."""
+    """Return the push F_c/k coth(π σ/2ω) in m above which the motion grows, from the half-cycle map."""
     root = spring.exact(case, stiffness)
     if root.real <= 0.0:
         return math.inf

@@ -1,6 +1,6 @@
 """A rendered spring with a released handle: its simulation with the loop's tick, and its exact matrix.
 
-The handle is ideal, or it has viscous and Coulomb friction and a quantised sensor, as in the plane of
+The handle is ideal, or it has viscous and Coulomb friction and a quantised sensor, as in the diagram of
 Diolaiti et al.
 """
 
@@ -126,7 +126,7 @@ def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[st
 def step_matrix(
     mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float
 ) -> np.ndarray:
-    """Return the closed loop's square map over one period; its state is x, v, the last x, and past commands.
+    """Return the matrix of the closed loop over one period; the state is x, v, the last x, and past commands.
 
     The law is a spring with backward-difference damping. The force of a sample begins to act ``delay`` s
     later and is then constant for a period. The map is derived from the equations of motion, independently of
@@ -156,7 +156,7 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
 
 
 def largest_root(matrix: np.ndarray, seconds: float) -> complex:
-    """Return the eigenvalue σ + jω in 1/s with the largest growth; the map is repeated every ``seconds``."""
+    """Return the eigenvalue σ + jω in 1/s with the largest growth; ``matrix`` is a map over ``seconds`` s."""
     roots = np.linalg.eigvals(matrix)
     root = complex(roots[np.abs(roots).argmax()])
     return complex(math.log(abs(root)), abs(cmath.phase(root))) / seconds

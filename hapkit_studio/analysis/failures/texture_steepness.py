@@ -1,4 +1,4 @@
-"""Ridges that are too steep for the loop: near a stable point a grating is a spring that may be too stiff."""
+"""Ridges that are too steep for the loop: near a stable point a grating acts as a stiff spring."""
 
 import math
 
