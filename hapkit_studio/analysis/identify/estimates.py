@@ -107,7 +107,7 @@ class Points:
         return own[there] + moved, own[there] * self.fit.beta[at] + offset + self.fit.residual[there]
 
     def line(self, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fitted force (k,) in N at values ``at`` (k,) of a regressor, and the half width."""
+        """Return the fitted force (k,) in N at regressor values ``at`` (k,), and the half width (k,)."""
         moved, offset = self._constant(name)
         place, own = self.names.index(name), at - moved
         gradient = np.zeros((len(at), len(self.names)))
