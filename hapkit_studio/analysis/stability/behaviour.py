@@ -223,7 +223,7 @@ class Trials:
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
         """Release the handle at ``push`` m from the centre and simulate; return how the run ended.
 
-        ``longer`` multiplies the length of the window. If ``known`` is true, stop as soon as it is certain
+        ``longer`` multiplies the evaluated time. If ``known`` is true, stop as soon as it is certain
         whether the handle settles; otherwise continue until the oscillation is steady.
         """
         c = self.centre
