@@ -15,7 +15,7 @@ TOLERANCE = 2e-3  # N: tolerance of the interpolation, a hundredth of a percepti
 # N: a step with a larger deviation is refined; the interpolation error is at most deviation / 0.382
 _REFINE_ABOVE = 0.35 * TOLERANCE
 WHOLE = 1000  # number of even steps of a whole curve; a range of 120 mm has steps of 0.12 mm
-_COARSER = (16, 4, 1)  # even steps per sample, in successive passes while time remains
+_COARSER = (16, 4, 1)  # even steps between samples in successive passes; a slow law gets fewer passes
 _PROBE = 0.382  # position of the test sample in a step; it finds waves as long as a step or half a step
 _PARTS = 8  # number of parts into which a step with a bend or jump is divided, repeatedly
 _NARROWEST = 1e-9  # fraction of the range to which a bend or jump is located
