@@ -55,7 +55,7 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
 
 
 def without_law(loop: LoopSettings, remembered: int, period: float, late: float) -> np.ndarray:
-    """Return the map (s + 1, s) from just after one sample to just after the next, ``period`` s later.
+    """Return the map (n + 1, n) from just after one sample to just after the next, ``period`` s later.
 
     A command acts ``late`` s after its sample, plus the whole periods of the loop's delay. The state contains
     x, v, the states of estimator and law, and the commands, newest first. Entries for the law are 0. The last
