@@ -42,7 +42,7 @@ def ringing(since, amplitude, decay, hertz):
 
 
 def ringing_steps(decay, hertz, dt):
-    """Return (first, kept, drawn) of the recursion for ``ringing`` at the samples, for amplitude 1.
+    """Return the coefficients (first, kept, drawn) of a recursion for ``ringing``, with an amplitude of 1.
 
     The first difference is ``first``. Each following difference is ``kept`` times the previous one minus
     ``drawn`` times the value in between.
