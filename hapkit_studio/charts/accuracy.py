@@ -51,7 +51,7 @@ def marker_and_color(method: str) -> tuple[str, str]:
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
     """Return the columns of the table of the cheapest methods for each tolerance, on computer or board."""
     return (
-        Column("Cheapest, step", lambda t: texts.winner_text(sheet, t, board, "ms"), right=False),
+        Column("Fastest method", lambda t: texts.winner_text(sheet, t, board), right=False),
         Column("Error ≤", lambda t: texts.tolerance_text(t, sheet.scene), right=False),
     )
 
@@ -269,7 +269,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             names.plot(0.08, row, shape, color=getattr(c, token), markersize=8.0)
             used = "in use" if option is scene.in_force(place) else ""
             note = "default" if option is scene.default(place) else used
-            name = ", ".join(filter(None, (option.method or "As set", note)))
+            name = ", ".join(filter(None, (option.method or "Present settings", note)))
             plain = {"size": TICK, "color": c.ink, "va": "center", "weight": "bold" if ringed else "normal"}
             names.text(0.17, row, name, **plain)
             low = min(low, _bar(axes, c, option, row, reach))
@@ -389,11 +389,11 @@ def felt_text(felt: float | None) -> str:
 
 
 EFFECT_COLUMNS = (
-    Column("Felt by most people", lambda effect: felt_text(effect.felt), unit="JND"),
+    Column("Effect, most people", lambda effect: felt_text(effect.felt), unit="JND"),
     Column("Sense", lambda effect: effect.sense, right=False),
     Column("Hand motion", lambda effect: effect.hand, right=False),
-    Column("Felt by the most sensitive", lambda effect: felt_text(effect.strict), unit="JND"),
-    Column("Noticeable at", lambda effect: effect.since_text, right=False),
+    Column("Effect, most sensitive people", lambda effect: felt_text(effect.strict), unit="JND"),
+    Column("When noticeable", lambda effect: effect.since_text, right=False),
     Column("Change of stiffness limit", lambda effect: effect.gain_text),
 )  # each row is the effect of removing one term
 

@@ -49,7 +49,7 @@ def pointing_figure(found: Sequence[Line], path: str | Path) -> None:
     """Write the movement times over the index of difficulty."""
     caption = (
         "Points: mean of the trials with the same distance and width. Lines: fit of movement time = a + b · "
-        "index of difficulty"
+        "index of difficulty (how difficult a target is)"
     )
     save(lambda figure, c: draw_pointing(figure, c, found), path, _SIZE, caption=caption)
 
@@ -80,14 +80,14 @@ def threshold_text(found: Threshold) -> str:
     return (
         f"{name.capitalize()} {on_screen(found.base, found.unit)}: threshold {value} ({low} to {high}), "
         f"Weber fraction {weber[0]} % ({weber[1]} to {weber[2]} %), "
-        f"{found.right} of {len(found.answers)} right{mean}."
+        f"{found.right} of {len(found.answers)} correct{mean}."
     )
 
 
 def threshold_figure(found: Threshold, path: str | Path) -> None:
     """Write the figure with the staircase and the fractions of right answers."""
     right = with_unit(100.0 * CONVERGES, "%")
-    note = f"In brackets: 95 % intervals. At the threshold, {right} of the answers are right."
+    note = f"In brackets: 95 % intervals. At the threshold, {right} of the answers are correct."
     caption = f"{threshold_text(found)} {note}"
     save(lambda figure, c: draw_threshold(figure, c, found), path, _SIZE, caption=caption)
 
@@ -100,14 +100,14 @@ def draw_threshold(figure: Any, c: Colors, found: Threshold) -> None:
     turns, value = np.arange(1, len(steps) + 1), 100.0 * found.weber.value
     style_axes(left, c, "answer", "step, % of the base")
     left.plot(turns, steps, color=c.line, drawstyle="steps-mid", linewidth=1.0)
-    left.plot(turns[good], steps[good], "o", color=c.position, label="right")
+    left.plot(turns[good], steps[good], "o", color=c.position, label="correct")
     left.plot(turns[~good], steps[~good], "X", color=c.danger, label="wrong")
     left.axhline(value, color=c.ink2, linestyle=DASH, label="threshold")
     left.axhspan(100.0 * low, 100.0 * high, color=c.stable, linewidth=0.0)
     left.set_yscale("log")
     _plain_ticks(left.yaxis)
     legend(left, c)
-    style_axes(right, c, "step, % of the base", "right answers, %")
+    style_axes(right, c, "step, % of the base", "correct answers, %")
     levels, places, counts = np.unique(steps, return_inverse=True, return_counts=True)
     share = np.bincount(places, good) / counts
     right.scatter(levels, 100.0 * share, s=12.0 * counts, color=c.position, zorder=3)

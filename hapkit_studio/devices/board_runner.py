@@ -184,7 +184,7 @@ class BoardRunner:
     def settings(self) -> Settings:
         """Return the board's current settings; raise DeviceError before open."""
         if self._settings is None:
-            raise DeviceError("The board is not open.")
+            raise DeviceError("The board is not connected.")
         return self._settings
 
     def read_settings(self) -> Settings:

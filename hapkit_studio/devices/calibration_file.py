@@ -44,17 +44,17 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
         "Torque over duty",
         {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "proportional", MotorMap.TABLE: "table"},
     ),
-    "sense": ("Direction in which counts grow", {1: "right", -1: "left"}),
-    "direction": ("Push direction, direction pin high", {1: "right", -1: "left"}),
+    "sense": ("Counts grow when handle moves", {1: "right", -1: "left"}),
+    "direction": ("Push side if direction pin is high", {1: "right", -1: "left"}),
 }
 # label, display units per SI unit, unit, decimals
 _NUMBERS = {
-    "counts_per_flip": ("Counts until the sensor repeats", 1.0, "", 0),
+    "counts_per_flip": ("Counts until the reading repeats", 1.0, "", 0),
     "quantum": ("Travel per count", 1e6, "µm", 2),
-    "zero": ("Sensor count at zero", 1.0, "", 0),
+    "zero": ("Count at position zero", 1.0, "", 0),
     "motor_constant": ("Motor constant", 1e3, "mN·m", 2),
     "max_force": ("Force limit", 1.0, "N", 2),
-    "dead_band": ("Motor dead band (out of 255)", 1.0, "", 0),
+    "dead_band": ("Dead band (duty; 255 = full)", 1.0, "", 0),
     "mass": ("Mass felt at the handle", 1e3, "g", 1),
     "viscous": ("Damping", 1.0, "N·s/m", 3),
     "coulomb": ("Dry friction", 1.0, "N", 3),

@@ -108,7 +108,7 @@ class HapkitBoard(Device):
     def hello(self) -> Hello:
         """The board's Hello; raise DeviceError before open."""
         if self._hello is None:
-            raise DeviceError(f"{self.title} is not open.")
+            raise DeviceError(f"{self.title} is not connected.")
         return self._hello
 
     @property
@@ -232,7 +232,7 @@ class HapkitBoard(Device):
     def fileno(self) -> int:
         """Return the descriptor of the open port."""
         if self._serial is None:
-            raise DeviceError(f"{self.title} is not open.")
+            raise DeviceError(f"{self.title} is not connected.")
         return self._serial.fileno()
 
     def read(self, seconds: float) -> bytes:
@@ -358,7 +358,9 @@ def _checked(body: bytes, port: str) -> Hello:
     """Return the Hello in a body if version, size and numbers are valid; otherwise raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
-        words = f"The firmware has protocol version {version}, but this studio needs {PROTOCOL_VERSION}."
+        words = (
+            f"The firmware has protocol version {version}, but this studio needs version {PROTOCOL_VERSION}."
+        )
         if version < PROTOCOL_VERSION:
             raise WrongProtocolError(f"{words} Update the firmware.", step="update")
         raise WrongProtocolError(f"{words} Update Hapkit Studio.")

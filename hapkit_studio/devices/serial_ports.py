@@ -220,8 +220,8 @@ class Latency:
         }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
         known = "" if self.known else " (the usual value)"
         return (
-            f"The USB chip delays data by up to {ms}{known}. {remedy}, or run Set up my Hapkit, which can "
-            "fill the USB packets, or let the board compute the force."
+            f"The USB chip delays data by up to {ms}{known}. {remedy}. Or run Set up my Hapkit, which can "
+            "fill each USB packet so that it is sent at once. Or let the board compute the force."
         )
 
 

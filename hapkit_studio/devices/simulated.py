@@ -59,7 +59,7 @@ MODELLED = ("mass", *OPTIONAL, "quantization")
 def term(key: str) -> Term:
     """Return a term by its key; raise ParameterError for an unknown key."""
     if key not in TERMS:
-        raise ParameterError(f"A modelled term must be one of {', '.join(TERMS)}, not {key!r}.")
+        raise ParameterError(f"A modelled device property must be one of {', '.join(TERMS)}, not {key!r}.")
     return TERMS[key]
 
 

@@ -129,7 +129,7 @@ ENVIRONMENT = Environment(
             0.1,
             0.0,
             0.5,
-            "Extra force while you press. While you release, the force is lower by the same amount",
+            "Force added to the button's force while you press, and subtracted from it while you release",
             "h",
         ),
         Parameter(
@@ -139,7 +139,7 @@ ENVIRONMENT = Environment(
             0.005,
             -0.04,
             0.04,
-            "Position of the released button's cap",
+            "Position of the button's cap when not pressed",
             "x<sub>b</sub>",
         ),
     ),

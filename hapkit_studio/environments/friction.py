@@ -157,7 +157,7 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     model = values["model"]
     seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
     fastest = float(seen[0] if model == LUGRE else seen.max())
-    step = f"One step of the sensor in one period looks like {compact(1e3 * fastest, 3)} mm/s"
+    step = f"One step of the sensor in one period looks like a speed of {compact(1e3 * fastest, 3)} mm/s"
     if model == KARNOPP:
         if values["stick_velocity"] < fastest:
             yield f"{step}. Raise the stick velocity above this speed, so that the handle can stick."
@@ -270,7 +270,8 @@ ENVIRONMENT = Environment(
             0.02,
             0.001,
             0.2,
-            "For Stribeck and LuGre: speed at which friction has dropped 63 % of the way to kinetic friction",
+            "For Stribeck and LuGre: speed at which friction has dropped 63 % of the way from static to "
+            "kinetic friction",
             "v_S",
         ),
         Parameter(

@@ -97,7 +97,10 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
         rings, most = with_unit(hertz, "Hz"), with_unit(highest, "Hz")
-        yield f"Ringing at {rings} is too fast: above {most}, a cycle has fewer than 10 samples of the loop."
+        yield (
+            f"Ringing at {rings} is too fast: above {most}, the loop takes fewer than 10 samples per "
+            "vibration."
+        )
 
 
 def terms(p: Values) -> ForceTerms:

@@ -135,7 +135,7 @@ def test_other_devices_and_silence_are_reported(lined, noise):
 def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
-    words = f"The firmware has protocol version {version}, but this studio needs 4. {remedy}"
+    words = f"The firmware has protocol version {version}, but this studio needs version 4. {remedy}"
     assert refused(errors.WrongProtocolError, words).step == step
 
 
@@ -271,5 +271,5 @@ def test_samples_are_yielded_until_silence(opened):
 
 @pytest.mark.parametrize("use", [HapkitBoard.settings, HapkitBoard.save, lambda b: next(b.samples())])
 def test_a_closed_board_raises_an_error(use):
-    with pytest.raises(errors.DeviceError, match="is not open"):
+    with pytest.raises(errors.DeviceError, match="is not connected"):
         use(HapkitBoard("/dev/ttyNONE7"))

@@ -378,7 +378,7 @@ def test_a_device_without_terms_has_none_of_their_effects():
     assert device.reduced(()) == device
     for wrong in (["friction"], ["viscous", ""]):
         with pytest.raises(
-            ParameterError, match=r"A modelled term must be one of mass, viscous, .*filter, not"
+            ParameterError, match=r"A modelled device property must be one of mass, viscous, .*filter, not"
         ):
             device.reduced(wrong)
 

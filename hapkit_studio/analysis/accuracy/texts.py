@@ -47,15 +47,15 @@ def cost_text(point: Point, board: bool = False) -> str:
     )
 
 
-def name_text(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
+def name_text(point: Point, sheet: Sheet) -> str:
     """Format a point's method, with the step in ms if the chart has several steps."""
     several = len({p.step_s for p in sheet.points}) > 1
-    return f"{point.label}, {compact(1e3 * point.step_s, 4)} {unit}" if several else point.label
+    return f"{point.label}, {compact(1e3 * point.step_s, 4)} ms step" if several else point.label
 
 
-def winner_text(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:
+def winner_text(sheet: Sheet, tolerance: float, board: bool = False) -> str:
     """Format the cheapest point within a tolerance, and the points with the same cost."""
-    names = [name_text(p, sheet, unit) for p in sheet.winners(tolerance, board)]
+    names = [name_text(p, sheet) for p in sheet.winners(tolerance, board)]
     return " or ".join(names[:_NAMED]) + " or others" * (len(names) > _NAMED) or "none"
 
 

@@ -130,7 +130,7 @@ class ZWidth:
         least = "at least " if point.ended == HIGHEST else ""
         most = f"{least}{three_digits(point.stiffness)} N/m"
         where = f"With damping b = {self.damping[index]:g} N·s/m ({self.hand})"
-        return f"{where}, the handle comes to rest at all walls tried up to {most}"
+        return f"{where}, the handle comes to rest at all tested walls up to {most}"
 
     def band(self, index: int) -> str:
         """Describe the band in which walls settle or buzz, with a leading space; "" if the limit is sharp."""

@@ -24,9 +24,10 @@ _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "da
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
-    "The board's processor makes 16 million cycles per second. The number beside each line is its average "
-    "number of cycles in a back-and-forth motion. For one call of the law, two numbers are given: the most "
-    "cycles in that motion, and the cycles of the longest path through the law."
+    "The board's processor makes 16 million cycles per second. The number beside each line is the average "
+    "number of cycles that the line takes in one call of the law, during a back-and-forth motion. For the "
+    "whole law, two numbers are given: the most cycles of a call in that motion, and the cycles of the "
+    "longest path through the law."
 )
 
 

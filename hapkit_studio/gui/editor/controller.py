@@ -34,7 +34,7 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
-    tested = f"In a test, {verdict.calls:,} calls took {verdict.ns_per_call:.0f} ns each."
+    tested = f"In a test, {verdict.calls:,} calls of the law took {verdict.ns_per_call:.0f} ns each."
     cost = [tested] if verdict.calls else []
     notes = [*verdict.warnings, *map(str, verdict.remarks)]
     return " ".join(["The law is running.", *(notes or cost), *since]), "warn" if notes else "ok"

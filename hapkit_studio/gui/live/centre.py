@@ -65,7 +65,7 @@ class Toolbar(QWidget):
         self.cursors = _flat("cursors", "Measure between two moments: drag the cursors A and B (keys A, B)")
         self.cursors.setCheckable(True)
         self.hold = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
-        self.release = _flat("hand", "Let the simulated hand release the handle where it is now, at rest (L)")
+        self.release = _flat("hand", "Release the simulated handle where it is now, with zero speed (L)")
         self.fit = _flat("fit", "Fit the axes to the data and to the nearest object (F)")
         self._names = {self.fit: "Fit axes", self.release: "Release handle"}
         self._names |= {self.cursors: "Cursors", self.hold: "Keep curves"}

@@ -243,7 +243,7 @@ class Replay(QObject):
                   for place, value in self._differing(wanted).items())  # fmt: skip
         if any(lock.covers(place) for place in places for lock in locks):
             raise ParameterError(
-                "Some of these settings are locked, so the scene and the verdict stay as they were."
+                "Some of these settings are locked, so the scene and the stability verdict do not change."
             )
 
     def _differing(self, wanted: Snapshot) -> Snapshot:
@@ -292,7 +292,7 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Snapshot:
     key = str(what.get("environment", ""))
     if key not in studio.environments:
         raise ParameterError(
-            f"The environment {key} is not installed, so the scene and the verdict stay as they were."
+            f"The environment {key} is not installed, so the scene and the stability verdict do not change."
         )
     parameters, device = what.get("parameters"), studio.opened
     ours = device is not None and not device.own_clock

@@ -365,7 +365,7 @@ class NeedsPart(Part):
         if self.own is None:
             choose_file(
                 self,
-                "Choose a session of the experiment on your just-noticeable difference",
+                "Choose a session in which you measured your just-noticeable difference",
                 f"Sessions (*{SUFFIX})",
                 self.open_own,
             )
@@ -456,7 +456,8 @@ def need_text(found: Needs, effect: Effect) -> str:
         return (
             "The scene needs this property."
             if effect.needed
-            else "Leaving out only this property is not felt. Leaving it out together with others is felt."
+            else "If only this property is left out, you feel no difference. If this property and others "
+            "are left out, you feel one."
         )
     return (
         "Only the most sensitive people notice if this property is missing."

@@ -140,7 +140,7 @@ class IdentifyPage(MeasuringPage):
         self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
         self.pieces = Segmented("Newest samples", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
-        self.parts = Segmented("Identified part", ("Scene", "Handle"))
+        self.parts = Segmented("Show values of", ("Scene", "Handle"))
         self.parts.show_index(0)
         self.shaking = QPushButton("Shake handle")
         self.shaking.setToolTip(

@@ -475,7 +475,7 @@ def _story(found: Overview) -> list[tuple[str, str]]:
     more = len(happened) - _MOST_LINES
     lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]
     return (
-        [*lines, ("", f"{more:,} more events: in a terminal, “hapkit-studio sessions show” lists them")]
+        [*lines, ("", f"{more:,} more events: run “hapkit-studio sessions show” in a terminal to list them")]
         if more > 0
         else lines
     )

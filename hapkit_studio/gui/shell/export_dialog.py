@@ -52,7 +52,7 @@ class ExportDialog(FormDialog):
         other = spec_on_board(studio.loop.estimator) != studio.loop.estimator
         name = estimators.parse(spec_on_board(studio.loop.estimator))[0].label
         self.velocity.setText(
-            f"{name}, instead of the estimator of the loop" if other else f"{name}, the same as in the loop"
+            f"{name}, instead of the loop's velocity filter" if other else f"{name}, the same as in the loop"
         )
         self.show_limit()
 

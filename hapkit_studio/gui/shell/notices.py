@@ -32,7 +32,7 @@ _STOPPED = (
 )
 _WAITS = (
     "The motor is off until you press Render.",
-    "Check scene and values first: they come from the last start, a demo or a lesson.",
+    "Check scene and values first: they come from your last use of Hapkit Studio, a demo or a lesson.",
     "Render",
     "warn",
 )
@@ -99,7 +99,7 @@ class Notices(QObject):
         silent = recent and self._studio.fault is None and self._studio.link.state == "running"
         words = (
             f"Fault: {self._stale_reason}.",
-            "The force is zero. It comes back by itself when the sensor answers again.",
+            "The force is zero, and comes back by itself when the sensor answers again.",
         )
         self._show(silent, "stale", _FAULT, words, tone="danger", section=_NO_FORCE)
 

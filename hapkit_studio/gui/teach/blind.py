@@ -34,7 +34,7 @@ def score(right: int, answers: int) -> str:
     """Describe how many answers were right, and the score to expect from guessing."""
     guessed = number(answers / 2.0, answers % 2)
     return (
-        f"{right} of {answers} answers are right. Guessing would give {guessed}."
+        f"{right} of {answers} answers are correct. Guessing would give {guessed}."
         if answers
         else "No answer was given."
     )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 TITLE = "Just-noticeable difference"
 _ABOUT = (
     "You compare the value set now with a larger value, in random order, and say which is larger. The "
-    "difference becomes smaller after three right answers and larger after a wrong answer. After about 60 "
+    "difference becomes smaller after three correct answers and larger after a wrong answer. After about 60 "
     "answers, the smallest difference that you notice is known (the just-noticeable difference). Every "
     "answer is recorded. Use a real Hapkit, because a simulated Hapkit can only be judged by sight."
 )

@@ -23,7 +23,7 @@ def test_the_output_states_the_stiffest_wall_and_the_conditions(capsys):
     code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
     assert (code, err) == (0, "")
     assert out.startswith(
-        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to 8,7"
+        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to 8,7"
     )
     assert "the handle buzzes" in out
     assert "v₀ 0.1 m/s · push 1 N · force limit none · stiffness steps near the limit every 1 %" in out

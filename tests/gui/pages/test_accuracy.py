@@ -60,8 +60,11 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     said = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
     assert part.answer.words.text() == said
     assert [" ".join(row) for row in part.table.texts()[1:]] == [
-        "Verlet, 1 ms 10 %", "Verlet, 1 ms 1 %", "Verlet, 0.5 ms 0.1 %", "Rk4, 1 ms 0.01 %",
-    ]  # fmt: skip
+        "Verlet, 1 ms step 10 %",
+        "Verlet, 1 ms step 1 %",
+        "Verlet, 0.5 ms step 0.1 %",
+        "Rk4, 1 ms step 0.01 %",
+    ]
     assert outside(part.chart) == cut_off(shared_window) == []
     part.where.button(1).click()
     assert "5.00 million processor cycles a second" in part.answer.words.text()
@@ -181,7 +184,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert part.side.heading.text() == "Free without sensor steps"
     told = dict(part.details.pairs)
-    assert [told[key] for key in ("Felt by most people", "Sense", "Hand motion")] == [
+    assert [told[key] for key in ("Effect, most people", "Sense", "Hand motion")] == [
         "1.2 JND",
         "force",
         "press",

@@ -167,8 +167,8 @@ def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     assert page.knob.row.box.text() == ""
     qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
     assert page.verdict.words.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
-    assert page.bar.status.text() == "The trial failed"
-    assert spoken(page) == "A limit that nobody knows. Trial failed"
+    assert page.bar.status.text() == "The failure could not be tried"
+    assert spoken(page) == "A limit that nobody knows. Could not be tried"
     page.list.choose("grows")
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.knob.row.box.text() == "198"

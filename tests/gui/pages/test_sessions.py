@@ -346,7 +346,7 @@ def test_events_beyond_the_limit_are_counted(page):
     assert len(page.happened.pairs) == 201
     assert page.happened.pairs[-1] == (
         "",
-        "103 more events: in a terminal, “hapkit-studio sessions show” lists them",
+        "103 more events: run “hapkit-studio sessions show” in a terminal to list them",
     )
 
 

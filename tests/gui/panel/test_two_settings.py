@@ -132,7 +132,7 @@ def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
     assert window.panel.isVisible()
     assert label_texts(sheet_of(window)) == [
         "Blind comparison",
-        "7 of 8 answers are right. Guessing would give 4.",
+        "7 of 8 answers are correct. Guessing would give 4.",
     ]
 
 
@@ -210,7 +210,7 @@ def test_a_demo_ends_when_a_comparison_starts_or_one_line_gives_the_reason(compa
 
 @pytest.mark.parametrize(
     ("right", "answers", "words"),
-    [(0, 0, "No answer was given."), (2, 3, "2 of 3 answers are right. Guessing would give 1.5.")],
+    [(0, 0, "No answer was given."), (2, 3, "2 of 3 answers are correct. Guessing would give 1.5.")],
 )
 def test_the_score_states_the_average_of_guessing(right, answers, words):
     assert score(right, answers) == words

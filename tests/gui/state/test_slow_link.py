@@ -64,7 +64,7 @@ def test_a_clock_jump_is_shown_while_the_force_is_zero(board_window):
     board_window.live.refresh()
     notice = board_window.banners.get("stale")
     assert notice.title == "Fault: the board's clock jumped."
-    assert notice.text == "The force is zero. It comes back by itself when the sensor answers again."
+    assert notice.text == "The force is zero, and comes back by itself when the sensor answers again."
 
 
 @pytest.mark.slow

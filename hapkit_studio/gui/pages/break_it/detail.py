@@ -67,8 +67,8 @@ class KnobBar(QWidget):
 _BOARD = "For safety, this works only with the simulated Hapkit"
 _GONE = "The scene does not show this failure any more, because the scene or its values were changed."
 _FEEL = (
-    "Set the scene, values and loop of this failure. The button Restore settings brings back your previous "
-    "settings"
+    "Set the scene, values and loop that show this failure. The button Restore settings brings back your "
+    "previous settings"
 )
 
 

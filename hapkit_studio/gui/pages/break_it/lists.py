@@ -78,7 +78,7 @@ def known_text(record: Record, busy: bool) -> str:
     if busy:
         return "Measuring…"
     if record.wrong:
-        return "Trial failed"
+        return "Could not be tried"
     if "limit" in record.old:
         return "Out of date: conditions changed"
     if record.limit is None:

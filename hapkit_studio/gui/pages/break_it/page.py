@@ -212,7 +212,9 @@ class BreakItPage(MeasuringPage):
         self.runner.begun.connect(self._begin)
         self.runner.wrong.connect(self._fail)
         self.job.running_changed.connect(self._stop)
-        self.job.failed.connect(lambda _text: self.bar.show_text("The trial failed", danger=True))
+        self.job.failed.connect(
+            lambda _text: self.bar.show_text("The failure could not be tried", danger=True)
+        )
         self.verdict.feel.clicked.connect(self.feel_it)
         self.verdict.back.clicked.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)

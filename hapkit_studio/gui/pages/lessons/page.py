@@ -283,7 +283,7 @@ class LessonsPage(Page):
         icons.bind(self.report, "info", "ink2", 18)
         icons.bind(self.hand_in, "export", "ink", 18)
         self.hand_in.setToolTip(
-            "Save your answers, the checks and their data as one file for your instructor"
+            "Save your answers, the checks and the data of the checks as one file for your instructor"
         )
         self.report.clicked.connect(self.show_report)
         self.hand_in.clicked.connect(self.ask_hand_in)

@@ -65,7 +65,7 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     if asked is not None and asked.impedance is None:
         return "", []
     if not plane.setting.linear:
-        return title, [("No limits", "the velocity filter is not linear")]
+        return title, [("Unknown", "the velocity filter is not linear")]
     if lines.dampings:
         title, unit, digits, own = "Limits of the damping", "N·s/m", 1, lines.dampings
         passive = float(plane.edge_damping[-1])
