@@ -61,7 +61,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
     best = [found.recommended(place.name) for place in found.question.places]
     return (
         Column(
-            "Method", lambda one: f"{one.method or 'Present settings'}, {one.place}", right=False,
+            "Method", lambda one: f"{one.method or 'Your settings'}, {one.place}", right=False,
             mark=lambda one: option_style(one, found),
             token=lambda one: "accent" if one in best else "ink",
         ),
@@ -269,7 +269,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             names.plot(0.08, row, shape, color=getattr(c, token), markersize=8.0)
             used = "in use" if option is scene.in_force(place) else ""
             note = "default" if option is scene.default(place) else used
-            name = ", ".join(filter(None, (option.method or "Present settings", note)))
+            name = ", ".join(filter(None, (option.method or "Your settings", note)))
             plain = {"size": TICK, "color": c.ink, "va": "center", "weight": "bold" if ringed else "normal"}
             names.text(0.17, row, name, **plain)
             low = min(low, _bar(axes, c, option, row, reach))
