@@ -1,4 +1,4 @@
-"""The scene's widget: the handle on its rail, the environment around it, and the mouse as the hand."""
+"""The scene's widget: it draws the handle on its rail and the environment; the mouse acts as the hand."""
 
 from collections.abc import Mapping
 
