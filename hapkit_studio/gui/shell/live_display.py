@@ -151,7 +151,7 @@ class LiveDisplay(QObject):
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
 
     def _update_acting_force(self) -> None:
-        """Store the newest force for the status bar; a slow timer calls this, so that users can read it."""
+        """Store the newest force for the status bar a few times per second, so that users can read it."""
         last = self._live.last
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 

@@ -1,4 +1,4 @@
-"""Determines which banners are shown: stopped, fault, device disconnected, delay unknown."""
+"""Determines which banners are shown, for example after an E-stop, a fault or a lost connection."""
 
 from contextlib import suppress
 from functools import partial
