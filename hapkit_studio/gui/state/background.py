@@ -1,4 +1,4 @@
-"""Background work: long jobs with progress and cancel, and quick requests.
+"""Background work: long jobs that report progress and can be cancelled, and quick requests.
 
 If several requests wait, only the newest is answered.
 """
