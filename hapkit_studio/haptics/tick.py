@@ -1,4 +1,4 @@
-"""The tick: position in, force out. All drivers call it: live loops, headless runs and sweeps.
+"""The tick computes a force from a position; live loops, headless runs and sweeps call it.
 
     position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
