@@ -1,1 +1,1 @@
-"""The wire between computer and board: messages, framing, codecs, the firmware's header."""
+"""The protocol between computer and board: messages, framing, codecs, and the firmware's header."""

@@ -1,4 +1,4 @@
-"""A compiled codec for the real-time loop: received bytes to rows, forces to bytes, without allocation.
+"""A compiled codec for the real-time loop; it decodes rows and encodes forces without allocation.
 
 A reader consists of two arrays that are initially zero: ``state`` (int64, STATE_WIDTH) and ``buffer`` (uint8,
 BUFFER_SIZE).

@@ -1,4 +1,4 @@
-"""Framing in plain Python: COBS, CRC-16 and every message; for handshakes and tests, not for the loop."""
+"""Framing of every message in plain Python (COBS, CRC-16), for handshakes and tests, not for the loop."""
 
 import binascii
 

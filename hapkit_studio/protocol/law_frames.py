@@ -1,4 +1,4 @@
-"""Compiled encoders of the frames for a board that renders: a law's pieces, constants, keep-alive.
+"""Compiled encoders of the frames for a board that renders: a law's pieces, constants and keep-alive.
 
 The bytes of a law are packed into int64 words, little endian, as ``packed`` returns them.
 """
