@@ -1,8 +1,8 @@
 // Fuzz target: the parser, the controller and everything they call, as on the board but without the chip.
 //
 // The first byte of an input selects the form of the rest. If bit 7 is set, the rest consists of bodies, each
-// after its length, which get a valid frame here. Otherwise it consists of the bytes on the line. Bits 0 to
-// 4, plus four, are the number of bytes until the next sample.
+// after its length, which get a valid frame here. Otherwise it consists of the bytes on the line. The
+// number in bits 0 to 4, plus four, is the number of bytes until the next sample.
 
 #include <cmath>
 #include <cstdio>

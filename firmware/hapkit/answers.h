@@ -12,7 +12,7 @@ class Answers {
 
   void want(Which which) { wanted_ |= which; }
 
-  // Send the settings as the next reply; refused: the computer has sent invalid settings.
+  // Send the settings as the next reply. refused is true if the computer has sent invalid settings.
   void want_settings(bool refused) {
     refused_ = refused;
     want(kSettings);

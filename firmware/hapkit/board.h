@@ -11,7 +11,7 @@ namespace board {
 constexpr uint32_t kCpu = 16000000;  // cycles per second
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
 constexpr uint16_t kTicksPerMs = 2000;
-constexpr uint16_t kShortest = 500, kLongest = 4000;  // sample period: 4 kHz to 500 Hz [ticks]
+constexpr uint16_t kShortest = 500, kLongest = 4000;  // sample periods at 4 kHz and at 500 Hz [ticks]
 constexpr uint8_t kQueue = 112;  // bytes in the send queue
 
 // One sensor reading.
@@ -48,10 +48,10 @@ uint32_t us_of(uint32_t stamp);
 // Return the time since the present sample's stamp [us].
 uint16_t age_us();
 
-// Take the next received byte; return false if there is none.
+// Take the next received byte; return false if no byte is waiting.
 bool read(uint8_t* byte);
 
-// Reserve bytes in the queue, and return their address, or nullptr if there is no room now. send() transmits
+// Reserve bytes in the queue, and return their address, or nullptr if the queue is too full. send() transmits
 // what was written there. Call both only in the main program.
 uint8_t* room_for(uint8_t size);
 void send(uint8_t* end);

@@ -25,15 +25,15 @@ class Controller {
   // Send the report of the last tick and the pending replies; ramp the constants of the law.
   void poll();
 
-  // Return true once per millisecond, until poll() has handled it.
+  // Return true while the report of a tick waits for poll(); there is a report about every millisecond.
   bool due() const { return due_; }
 
   // Handle one sensor reading: compute position and velocity, check safety, and render the board's law.
   void sample(const board::Sampling& sampling);
 
  private:
-  static constexpr float kFastest = 5.0f;  // m/s; a faster motion is a fault
-  static constexpr uint8_t kVouched = 50;  // ms for which the ticks may feed the watchdog
+  static constexpr float kFastest = 5.0f;  // [m/s] a faster motion is a fault
+  static constexpr uint8_t kVouched = 50;  // [ms] time for which the ticks may feed the watchdog
 
   // These functions belong to the main program.
   void dispatch(const uint8_t* body, uint8_t size);
@@ -85,9 +85,9 @@ class Controller {
   uint16_t last_seq_ = 0;
   uint32_t last_stamp_ = 0;
   volatile uint8_t overruns_ = 0;
-  volatile bool due_ = false;   // set while the report of a tick belongs to the main program
+  volatile bool due_ = false;   // set while a tick's report is used by the main program
   volatile bool late_ = false;  // set if a tick had a report while due_ was set
-  volatile uint8_t vouched_ = 0;  // remaining ms for which the ticks feed the watchdog for the main program
+  volatile uint8_t vouched_ = 0;  // [ms] remaining time for which the ticks feed the watchdog
 
   frame::Parser parser_;
   Sender sender_;

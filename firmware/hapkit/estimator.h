@@ -1,5 +1,5 @@
-// Velocity from sensor counts, computed in integers: it takes a third of the time of floats, with the same
-// accuracy.
+// Velocity from sensor counts. It is computed with integers, which takes a third of the time of floats and is
+// equally accurate.
 #pragma once
 
 #include <stdint.h>
@@ -30,14 +30,14 @@ struct Design {
 };
 
 constexpr int16_t kMostCounts = 4095;  // counts in one period; a larger jump is not a motion
-constexpr float kOne = 65536.0f;       // scale of a count
+constexpr float kOne = 65536.0f;       // fixed-point value of one count
 
 // Fill a design; return false without changes if a value is invalid. quantum is in m, fastest in m/s.
 bool design(const Loop& loop, float quantum, float fastest, Design* made);
 
-// Return a value times twice a half coefficient. The result is up to six units too low, because the product
-// of the lower halves is ignored. The numbers are 32-bit two's complement. On the board this is written in
-// assembler.
+// Return a value times a coefficient, of which half is given. The result is up to six units too low, because
+// the product of the lower halves is ignored. The numbers are 32-bit two's complement. On the board this is
+// written in assembler.
 uint32_t share(uint32_t value, uint32_t half) __asm__("estimator_share");
 
 class Estimator {

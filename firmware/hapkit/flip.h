@@ -85,7 +85,7 @@ class FlipTracker {
     if (believed) {
       position_ += aside_ahead_;
       step_ = aside_step_;
-      going_ = nearest(further);  // the extrapolated step, as the readings show it
+      going_ = nearest(further);  // extrapolate with the step between the last two readings
       last_ = raw - further;
     }
     aside_ahead_ += further;

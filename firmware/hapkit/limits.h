@@ -33,7 +33,7 @@ static const Range kNumbers[] PROGMEM = {
     {0.0f, 5.0f},     // [N] Coulomb
 };
 
-// smallest number of counts of a magnetoresistive sensor, from one repeat to the next
+// smallest number of counts after which the readings of a magnetoresistive sensor repeat
 constexpr uint16_t kFewestCounts = 100;
 constexpr uint16_t kMostCounts = 1007;    // there are 1008 counts from rail to rail
 constexpr uint16_t kAs5048ACounts = 16384;

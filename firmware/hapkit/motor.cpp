@@ -33,9 +33,9 @@ uint16_t shifted(uint16_t value, uint8_t places) {
   return value;
 }
 
-// Set a bit of an integer if the integer is then not larger than the rounded root of the value plus a quarter.
-// An integer n is not larger than the rounded root if (n - 1/2)^2 = n (n - 1) + 1/4 is not larger than the
-// value plus a quarter.
+// Return root with one more bit set, unless it would then exceed the rounded square root of a number q. An
+// integer n does not exceed this square root if (n - 1/2)^2 = n (n - 1) + 1/4 is at most q. The last argument
+// is q - 1/4.
 __attribute__((always_inline)) inline uint8_t with_bit(uint8_t bit, uint8_t root, uint16_t square_less_quarter) {
   const uint8_t larger = root | bit;
   return static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter ? larger : root;

@@ -1,4 +1,4 @@
-// Converts the force on the handle to the duty of the motor, by the settings in force.
+// Converts the force on the handle to the duty of the motor, by the present settings.
 #pragma once
 
 #include <stdint.h>

@@ -14,7 +14,7 @@ struct Factor {
   int16_t places;
 };
 
-// A linear piece of the map. The torque is in 255ths of that at full duty, the duty in 256ths of a step.
+// A linear piece of the map. Torques are in 255ths of the torque at full duty, duties in 256ths of a step.
 struct Piece {
   uint8_t to;           // torque at the end of the piece
   uint8_t slope;        // whole steps of duty per 255th of torque

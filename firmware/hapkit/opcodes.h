@@ -155,7 +155,7 @@ struct Operation {
 constexpr uint8_t kSingle = 0x33;
 constexpr uint8_t kMasked = 0x40;
 constexpr uint8_t kMasks = 16;
-// Operations with one opcode, below kSingle; then those from kMasked on with 16 each.
+// Operations with one opcode, below kSingle; then those with 16 opcodes, from kMasked on.
 static const Operation kTable[53] PROGMEM = {
   {kNone, 13},  // RETURN
   {kNone, 0},  // SUBROUTINE

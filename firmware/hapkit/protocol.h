@@ -144,9 +144,10 @@ struct __attribute__((packed)) Save {
   static constexpr uint8_t kSize = 0;
 };
 
-// Settings of a kit: pins, sensor, geometry, motor. They apply at once, with the motor off, unsaved.
+// Settings of a kit: pins, sensor, geometry, motor.
 //
-// The board answers with Settings. If one number is implausible, it refuses all.
+// They apply at once, with the motor off, and are not saved. The board answers with Settings. If one number
+// is implausible, it refuses all.
 struct __attribute__((packed)) Board {
   static constexpr uint8_t kId = 0x0c;
   static constexpr uint8_t kSize = 69;
@@ -156,8 +157,8 @@ struct __attribute__((packed)) Board {
   uint8_t motor_map;  // MotorMap
   int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
   int8_t sense;  // 1: counts grow to the right, -1: to the left
-  uint16_t counts_per_flip;  // sensor counts from one repeat to the next
-  int32_t zero;  // count at the handle's zero, before sense is applied; after a start its nearest repeat is used
+  uint16_t counts_per_flip;  // sensor counts after which the readings repeat
+  int32_t zero;  // count at the handle's zero, before sense is applied; a start uses it modulo counts_per_flip
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit [N]
   float motor_constant;  // motor torque at full duty [N*m]
@@ -208,8 +209,8 @@ struct __attribute__((packed)) Sample {
   uint16_t answered;  // number of the sample that the last applied force answered
   uint16_t delay_us;  // time from that sample to its force in the PWM register; 0: no force yet, 65535: longer [us]
   uint8_t flags;  // BoardFlag
-  int16_t pwm;  // present signed duty, of pwm_top
-  uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
+  int16_t pwm;  // present signed duty, from -pwm_top to pwm_top
+  uint8_t rx_errors;  // damaged frames, and bytes lost before the board read them, wraps at 256
   uint8_t stale;  // forces refused because they were too old, wraps at 256
   uint8_t generation;  // generation of the law that is being sent or was sent last
   uint16_t received;  // number of its bytes received without a gap
@@ -219,8 +220,8 @@ static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
 // Motion and force of a law that the board renders, sent instead of Sample.
 //
-// It is sent for each tick that comes a millisecond or more after the previous one sent: for every tick up
-// to 1 kHz, above that for every second, third or fourth tick.
+// Frames are at least a millisecond apart: up to 1 kHz there is one for every tick, above that for every
+// second, third or fourth tick.
 struct __attribute__((packed)) Telemetry {
   static constexpr uint8_t kId = 0x83;
   static constexpr uint8_t kSize = 31;
@@ -229,10 +230,10 @@ struct __attribute__((packed)) Telemetry {
   int32_t count;  // unwrapped sensor counts from the zero, positive to the right
   float velocity;  // velocity estimated by the board, positive to the right [m/s]
   float asked;  // force of the law, positive to the right [N]
-  int16_t pwm;  // present signed duty, of pwm_top
+  int16_t pwm;  // present signed duty, from -pwm_top to pwm_top
   uint16_t delay_us;  // mean time from a sample to its force since the last frame [us]
   uint8_t flags;  // BoardFlag
-  uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
+  uint8_t rx_errors;  // damaged frames, and bytes lost before the board read them, wraps at 256
   uint8_t overruns;  // number of skipped ticks, wraps at 256
   uint8_t generation;  // generation of the law that is running, or of its last accepted Tune
   uint8_t state_at;  // index of the state variable in this frame; all state variables are sent in turn
@@ -250,8 +251,8 @@ struct __attribute__((packed)) Settings {
   uint8_t motor_map;  // MotorMap
   int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
   int8_t sense;  // 1: counts grow to the right, -1: to the left
-  uint16_t counts_per_flip;  // sensor counts from one repeat to the next
-  int32_t zero;  // count at the handle's zero, before sense is applied; after a start its nearest repeat is used
+  uint16_t counts_per_flip;  // sensor counts after which the readings repeat
+  int32_t zero;  // count at the handle's zero, before sense is applied; a start uses it modulo counts_per_flip
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit [N]
   float motor_constant;  // motor torque at full duty [N*m]

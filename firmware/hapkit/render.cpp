@@ -39,7 +39,7 @@ void Renderer::start(const machine::Shape& shape, uint8_t generation) {
   active_ = true;
 }
 
-// Return how many constants that are being ramped fit into the memory.
+// Return the number of ramps of constants for which the memory has room.
 uint8_t Renderer::room() const {
   const uint16_t most = (machine::kArena - 4 * shape_.slots - shape_.code) / sizeof(Moving);
   return most < 255 ? most : 255;

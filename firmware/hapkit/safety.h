@@ -1,4 +1,5 @@
-// Decides whether the motor may run: emergency stop, over-speed, refused force, silence of the computer.
+// Decides whether the motor may run. It must be off after an emergency stop, over-speed, a force that is not
+// a finite number, a sensor fault, or silence of the computer.
 #pragma once
 
 #include <stdint.h>

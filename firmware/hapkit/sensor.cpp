@@ -17,7 +17,7 @@ constexpr uint8_t kFault = 32;
 
 uint8_t kind = protocol::kSensorMagnetoresistive;
 uint16_t range = 0;       // range of the sensor in counts
-int32_t zero = 0;     // zero in the settings; wraps are counted from its nearest repeat
+int32_t zero = 0;     // count at the handle's zero, from the settings; a start uses it modulo range
 bool started = false;
 uint8_t doubt = 0;
 
@@ -27,7 +27,8 @@ uint16_t span = kAnyReading;  // range of the valid readings above lowest
 bool wary = true;             // true before the start, or while in doubt
 int8_t sense = 1;
 
-// Return the distance of the first reading from the nearest repeat of the stored zero.
+// Return the distance in counts from the nearest position whose reading is that of the zero to the first
+// reading.
 int32_t ahead_of_zero(int32_t first) {
   if (kind == protocol::kSensorQuadrature) return 0;
   int32_t ahead = (first - zero) % range;

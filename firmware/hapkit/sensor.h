@@ -7,8 +7,8 @@
 
 namespace sensor {
 
-// Reset: the next reading selects the nearest repeat of the zero. A quadrature encoder repeats every count,
-// so its zero is the handle's present position.
+// Reset. The same reading occurs at several positions of the handle: the zero is the position nearest to the
+// handle that has the stored reading. A quadrature encoder starts with its zero at the handle.
 void start(const protocol::Board& kit);
 
 // Change settings while the board runs. The same sensor continues, with the zero moved by the difference of

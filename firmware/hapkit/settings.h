@@ -1,4 +1,4 @@
-// The settings of one kit: validated, in force, and stored in the EEPROM.
+// The settings of one kit: they are validated, used, and stored in the EEPROM.
 #pragma once
 
 #include <stdint.h>
@@ -7,7 +7,7 @@
 
 namespace settings {
 
-// Return the settings in force. They change only in the main program, while no sensor reading is processed,
+// Return the present settings. They change only in the main program, while no sensor reading is processed,
 // so the sample interrupt may read them at any time.
 const protocol::Board& now();
 
@@ -22,7 +22,7 @@ void load();
 // out of range. Call it only in the main program.
 bool accept(const protocol::Board& wanted);
 
-// Begin to store the settings in force in the EEPROM; unchanged bytes are not written. Call it only in the
+// Begin to store the present settings in the EEPROM; unchanged bytes are not written. Call it only in the
 // main program.
 void save();
 

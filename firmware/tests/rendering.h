@@ -131,6 +131,5 @@ class Rendering : public Bench {
 // Return the reading at a count of a sensor that repeats every 921 counts, starting at 51.
 inline uint16_t raw_of(int count) { return static_cast<uint16_t>(51 + (count - 51) % 921); }
 
-// Return the force of a spring in N/m about zero at a count; counts start at the nearest repeat of the
-// reading.
+// Return the force at a count of a spring with its centre at 0; stiffness is in N/m.
 inline double pull(double stiffness, int count) { return -stiffness * kQuantum * count; }

@@ -26,8 +26,8 @@ FlipTracker begun(uint16_t first) {
   return flips;
 }
 
-// Return the error in counts after a slow acceleration to a speed in counts per sample, and a phase at this
-// speed.
+// Return the error in counts after a slow acceleration to a speed in counts per sample, followed by motion at
+// this speed.
 double error_at(double speed) {
   FlipTracker flips = begun(reading(0.5));
   const int32_t start = flips.position();

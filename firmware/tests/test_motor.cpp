@@ -13,8 +13,8 @@ namespace {
 
 int pwm_of(float force) { return motor::duty_of(force).pwm; }
 
-// Return the torque as a fraction of that at full duty; duty is a fraction 0..1 of the duty above the dead
-// band.
+// Return the torque as a fraction of the torque at full duty; duty is a fraction 0..1 of the duty above the
+// dead band.
 double torque_share(const protocol::Board& kit, double duty) {
   if (kit.motor_map == protocol::kMotorMapSquare) return duty * duty;
   if (kit.motor_map == protocol::kMotorMapLinear) return duty;

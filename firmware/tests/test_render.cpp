@@ -16,7 +16,7 @@ TEST(the_force_fades_in_over_30_ms) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(spring(400), 2, at(rate));
-    board.period(kStill);  // these ticks take a millisecond
+    board.period(kStill);  // this period still takes a millisecond
     const int ticks = kFadeMs * 2000 / at(rate).period;
     for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
       board.say(protocol::Alive{});
@@ -157,7 +157,7 @@ TEST(an_invalid_change_switches_the_motor_off_until_the_next_law) {
                                              {kFirst + 2, NAN}, {kFirst + 2, INFINITY}};
   for (const auto& [slot, value] : wrong) {
     Law law = counter(0);
-    law.given[3] = 1.0f;  // N
+    law.given[3] = 1.0f;  // force in N
     Rendering board(law);
     board.alive(2 * kFadeMs);
     CHECK(fake::pwm > 0);

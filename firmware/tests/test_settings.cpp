@@ -1,4 +1,4 @@
-// Settings: those in force at the start, those that are refused, and the effect of a change.
+// Settings: the values after a start, the values that are refused, and the effect of a change.
 #include <cmath>
 #include <cstring>
 #include <functional>

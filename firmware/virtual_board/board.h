@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -58,7 +58,7 @@ struct board {
 	// number of bytes sent since the cable was plugged in, as reported by the computer; negative without a
 	// report
 	double told;
-	// the cable is a real one: opening the port resets the board, and baud rates must agree
+	// the cable behaves like a real one: opening the port resets the board, and baud rates must agree
 	bool adapter;
 	// simavr's function, which it replaces by a reset when the watchdog expires
 	avr_run_t run_one;

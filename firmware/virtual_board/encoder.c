@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -12,7 +12,7 @@
 #include <math.h>
 
 enum { SHORTEST = 32, LONGEST = 256, FIRST_PIN = 2 };
-#define FASTEST_CHANGE 0.05  // m/s: the speed may change by this much until the next check
+#define FASTEST_CHANGE 0.05  // [m/s] possible change of the speed until the next check
 
 static void drive(struct board *b)
 {

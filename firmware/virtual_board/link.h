@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -36,7 +36,7 @@ struct link {
 	const avr_cycle_count_t *clock;
 	avr_cycle_count_t latency;             // latency timer of the USB chip; 0 passes frames on at once
 	avr_cycle_count_t packet_due;          // end of the latency timer
-	avr_cycle_count_t to_held, from_held;  // end of a stall in each direction; 0 if there is none
+	avr_cycle_count_t to_held, from_held;  // end of a stall in each direction; 0 without a stall
 	avr_cycle_count_t due;                 // the earliest of these times, at which link_tick must be called
 	struct damage to, from;
 	uint8_t next[2];                       // bytes for the board after fault injection
@@ -60,8 +60,8 @@ void link_admit(struct link *l);
 // Put complete frames on the line, one or all; return false if there is no complete frame.
 bool link_admit_frames(struct link *l, bool all);
 
-// Remove a lone delimiter, by which the computer reports that it sends nothing; return false if there is
-// none. The firmware does not receive it, because a real line would be idle.
+// Remove a lone delimiter, by which the computer reports that it sends nothing; return false without such a
+// delimiter. The firmware does not receive it, because a real line would be idle.
 bool link_take_silence(struct link *l);
 
 // For the chip's serial port: take a byte from the computer, or pass a byte to it.

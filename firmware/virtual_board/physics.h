@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -14,7 +14,7 @@ struct plant {
 	bool arriving;                  // the hand has taken the handle and moves to its first target
 	double hand_mass, hand_damping, hand_stiffness;
 	bool prescribed;                // the handle follows the target exactly
-	double target, goal, ramp;      // m, m, s: remaining time until the target reaches the goal
+	double target, goal, ramp;      // [m], [m]; remaining time [s] until the target reaches the goal
 	double motor, external;         // N, constant until changed
 	double x, v;                    // m, m/s
 };

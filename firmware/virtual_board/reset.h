@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -7,11 +7,11 @@
 
 #include "board.h"
 
-// Power the board on. adapter: the cable is a real one, so opening the port resets the board, and baud rates
-// must agree.
+// Power the board on. With adapter, the cable behaves like a real one: opening the port resets the board, and
+// baud rates must agree.
 void reset_by_power(struct board *b, bool adapter);
 
-// Reset if the port has been opened since the last call and the cable is a real one.
+// Reset if the port has been opened since the last call and the cable behaves like a real one.
 void reset_by_cable(struct board *b);
 
 // Reset if the watchdog has expired.

@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -10,10 +10,10 @@
 #include <time.h>
 #include <unistd.h>
 
-// s: longest board time before the board waits for the computer, if no frame needs an answer earlier. It is
+// Longest board time [s] before the board waits for the computer, if no frame needs an answer earlier. It is
 // shorter than the 25 ms after which the firmware switches the motor off.
 #define IDLE_GRANT 20e-3
-// s between checks for events that cause no notification (port opened, port closed, end of a freeze)
+// Time [s] between checks for events that cause no notification (port opened, port closed, end of a freeze).
 #define LOOK 5e-3
 
 volatile sig_atomic_t run_ended;

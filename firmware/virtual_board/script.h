@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -9,8 +9,8 @@
 
 struct script {
 	char *text;                     // whole file
-	char *line;                     // next line; NULL if there is none
-	avr_cycle_count_t due;          // cycle of the next line; the largest value if there is none
+	char *line;                     // next line; NULL after the last line
+	avr_cycle_count_t due;          // cycle of the next line; the largest value after the last line
 };
 
 // Read a script of lines `seconds command` with non-decreasing times. Exit with a message if the script is

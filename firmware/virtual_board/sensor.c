@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -9,7 +9,7 @@
 
 static const struct {
 	const char *name;
-	// usual number of counts from one repeat to the next, and of the motor's turns for them
+	// usual number of counts after which the reading repeats, and the motor's turns in this time
 	double counts, turns;
 } KINDS[] = {{"mr", 921, 0.5}, {"as5048a", 16384, 1.0}, {"quadrature", 48, 1.0}};
 

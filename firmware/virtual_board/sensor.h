@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -11,13 +11,13 @@ enum sensor_kind { MAGNETORESISTIVE, AS5048A, QUADRATURE };
 
 struct sensor {
 	enum sensor_kind kind;
-	double counts_per_turn;  // counts from one repeat to the next; for a quadrature encoder, counts per turn
+	double counts_per_turn;  // counts after which the reading repeats; for a quadrature encoder, counts per turn
 	double metres_per_count; // handle travel per count; it is negative if the magnet is reversed
 	double magnet;           // counts at position 0, given by the mounting angle of the magnet
 	double lowest;           // converter value at the beginning of each half turn
 };
 
-// Create a sensor. counts is the number from one repeat to the next; 0 selects the usual number of this kind.
+// Create a sensor. counts is the number after which the reading repeats; 0 selects the usual number.
 // metres is the handle travel per turn of the motor; it is negative if the magnet is reversed.
 struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest);
 

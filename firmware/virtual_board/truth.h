@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -11,7 +11,7 @@
 enum { TRUTH_COLUMNS = 8 };
 
 struct truth {
-	FILE *file;     // NULL if there is no log
+	FILE *file;     // NULL without a log
 	uint64_t rows;
 };
 

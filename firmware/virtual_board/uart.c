@@ -1,4 +1,4 @@
-// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Virtual board: the Hapkit firmware in the simulator simavr, connected to a simulated paddle.
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
@@ -89,7 +89,7 @@ static avr_cycle_count_t bit_began(avr_t *avr, avr_cycle_count_t when, void *par
 }
 
 // The transmitter's bit clock runs continuously, so a byte may wait for up to one bit before an idle shift
-// register takes it; the data sheet guarantees no less. Until then the buffer is full.
+// register takes it; the data sheet promises nothing better. Until then the buffer is full.
 static void write_data(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
 {
 	struct uart *u = param;

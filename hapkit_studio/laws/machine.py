@@ -350,7 +350,7 @@ def text() -> str:
         f"constexpr uint8_t kSingle = 0x{single:02x};",
         f"constexpr uint8_t kMasked = 0x{_MASKED:02x};",
         f"constexpr uint8_t kMasks = {_MASKS};",
-        f"// Operations with one opcode, below kSingle; then those from kMasked on with {_MASKS} each.",
+        f"// Operations with one opcode, below kSingle; then those with {_MASKS} opcodes, from kMasked on.",
         f"static const Operation kTable[{len(rows)}] PROGMEM = {{",
         *(f"  {{k{_SHAPES[o.operands]}, {o.most}}},  // {o.name}" if o else "  {kUnknown, 0}," for o in rows),
         "};",

@@ -295,9 +295,10 @@ class Save(Message, id=0x0B):
 
 @dataclass(frozen=True)
 class Board(Message, id=0x0C):
-    """Settings of a kit: pins, sensor, geometry, motor. They apply at once, with the motor off, unsaved.
+    """Settings of a kit: pins, sensor, geometry, motor.
 
-    The board answers with Settings. If one number is implausible, it refuses all.
+    They apply at once, with the motor off, and are not saved. The board answers with Settings. If one number
+    is implausible, it refuses all.
     """
 
     profile: int = wire("B", "number of the kit's profile, for the computer")
@@ -306,9 +307,9 @@ class Board(Message, id=0x0C):
     motor_map: int = wire("B", "MotorMap")
     direction: int = wire("b", "1: the direction pin is high to push to the right, -1: low")
     sense: int = wire("b", "1: counts grow to the right, -1: to the left")
-    counts_per_flip: int = wire("H", "sensor counts from one repeat to the next")
+    counts_per_flip: int = wire("H", "sensor counts after which the readings repeat")
     zero: int = wire(
-        "i", "count at the handle's zero, before sense is applied; after a start its nearest repeat is used"
+        "i", "count at the handle's zero, before sense is applied; a start uses it modulo counts_per_flip"
     )
     quantum: float = wire("f", "handle travel per sensor count", "m")
     max_force: float = wire("f", "force limit", "N")
@@ -360,8 +361,8 @@ class Sample(Message, id=0x82):
         "H", "time from that sample to its force in the PWM register; 0: no force yet, 65535: longer", "us"
     )
     flags: int = wire("B", "BoardFlag")
-    pwm: int = wire("h", "present signed duty, of pwm_top")
-    rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
+    pwm: int = wire("h", "present signed duty, from -pwm_top to pwm_top")
+    rx_errors: int = wire("B", "damaged frames, and bytes lost before the board read them, wraps at 256")
     stale: int = wire("B", "forces refused because they were too old, wraps at 256")
     generation: int = wire("B", "generation of the law that is being sent or was sent last")
     received: int = wire("H", "number of its bytes received without a gap")
@@ -372,8 +373,8 @@ class Sample(Message, id=0x82):
 class Telemetry(Message, id=0x83):
     """Motion and force of a law that the board renders, sent instead of Sample.
 
-    It is sent for each tick that comes a millisecond or more after the previous one sent: for every tick up
-    to 1 kHz, above that for every second, third or fourth tick.
+    Frames are at least a millisecond apart: up to 1 kHz there is one for every tick, above that for every
+    second, third or fourth tick.
     """
 
     seq: int = wire("H", "number of this tick, wraps at 65536")
@@ -381,10 +382,10 @@ class Telemetry(Message, id=0x83):
     count: int = wire("i", "unwrapped sensor counts from the zero, positive to the right")
     velocity: float = wire("f", "velocity estimated by the board, positive to the right", "m/s")
     asked: float = wire("f", "force of the law, positive to the right", "N")
-    pwm: int = wire("h", "present signed duty, of pwm_top")
+    pwm: int = wire("h", "present signed duty, from -pwm_top to pwm_top")
     delay_us: int = wire("H", "mean time from a sample to its force since the last frame", "us")
     flags: int = wire("B", "BoardFlag")
-    rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
+    rx_errors: int = wire("B", "damaged frames, and bytes lost before the board read them, wraps at 256")
     overruns: int = wire("B", "number of skipped ticks, wraps at 256")
     generation: int = wire("B", "generation of the law that is running, or of its last accepted Tune")
     state_at: int = wire(
