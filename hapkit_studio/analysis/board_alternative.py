@@ -48,7 +48,7 @@ class Alternative:
         program = self.plan.program
         return (
             f"{self.choice.option_label(self.option)} takes {program.size:,} bytes and "
-            f"{program.usual:,.0f} cycles, and feels the same: the forces differ by at most "
+            f"{program.usual:,.0f} cycles, and feels like your choice: the forces differ by at most "
             f"{self.apart:.2f} N (largest force: {self.force:.1f} N)."
         )
 

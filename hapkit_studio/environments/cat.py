@@ -190,10 +190,10 @@ PARAMETERS = (
         "easy",
         "How strokes change the cat's contentment, which is between −1 and +1. Easy: the contentment "
         "grows by 3 per metre of strokes from head to tail at 1 to 10 cm/s, the speed at which people like "
-        "to be stroked. Strokes against the fur lower it by 0.8 per metre. Fast strokes lower it by 3.5 per "
-        "metre: above 12 cm/s against the fur, above 14 cm/s from head to tail. Below −0.5 the cat hits "
-        "your hand, then ignores you for 5 s. Choosy: the contentment grows 0.8 times and falls 1.25 times "
-        "as fast as with Easy. Grumpy: 0.7 times and 1.5 times.",
+        "to be stroked. Strokes against the fur lower it by 0.8 per metre. Fast strokes (above 12 cm/s "
+        "against the fur, above 14 cm/s from head to tail) lower it by 3.5 per metre. Below −0.5 the cat "
+        "hits your hand, then ignores you for 5 s. Choosy: the contentment grows 0.8 times and falls 1.25 "
+        "times as fast as with Easy. Grumpy: it grows 0.7 times and falls 1.5 times as fast as with Easy.",
     ),
 )
 

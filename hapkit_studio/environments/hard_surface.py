@@ -171,8 +171,8 @@ ENVIRONMENT = Environment(
     "speed, γ ringing decay, <i>f</i> ringing frequency, τ time since the impact",
     explanation="A motor cannot be as stiff as wood, but it can vibrate as wood does when you knock on it. "
     "Each time you hit the surface, the motor adds a short vibration, the ringing. The faster you "
-    "hit, the stronger the ringing, and your hand feels this as hardness. It rings once per hit, "
-    "and again only after you have clearly left the surface.",
+    "hit, the stronger the ringing, and your hand feels this as hardness. Each hit rings only "
+    "once; the next hit rings only after you have clearly left the surface.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=terms,
     unused=unused,

@@ -117,8 +117,8 @@ ENVIRONMENT = Environment(
     "back. The object is a mass on a spring with a damper, so it keeps swinging when the handle "
     "leaves it. The motion is computed step by step by an integrator. Explicit Euler and the rule "
     "of the lecture add energy in each step. If the damper takes away less energy than that, the "
-    "swing grows until the object is reset to rest. Semi-implicit Euler takes no longer "
-    "to compute, and its swing does not grow.",
+    "swing grows until the object is reset to rest. Semi-implicit Euler needs no more "
+    "computing time, and its swing does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
     over_position=pushed_slowly,

@@ -29,8 +29,8 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 def integrator(what: str) -> Choice:
     """Return the parameter that selects the integrator of an object's motion."""
     words = (
-        f"Method that computes the {what}'s motion step by step. Explicit Euler and the rule of the lecture "
-        "(averages of old and new values) add energy in each step."
+        f"Method that computes the {what}'s motion step by step. Explicit Euler and Lecture's rule "
+        "(averages of old and new values) add energy in each step; Implicit Euler takes energy away."
     )
     return Choice(
         "integrator",

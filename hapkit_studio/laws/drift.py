@@ -377,15 +377,15 @@ _COUNT = (
     + "count the calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
     + _HOW_FAR
 )
-_PERIOD = _DRIFTS + "let the count start again after each period, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
+_AGAIN = (
+    "let the count start again after each period, `s.{0} = (s.{0} + 1) % calls` (`calls`: calls in a period)"
+)
+_PERIOD = _DRIFTS + _AGAIN + _HOW_FAR
 _KEPT = (
     "the time `s.{0}` becomes inaccurate on the board and in a sketch: store the count, `s.{0} = s.{1}`, "
     "and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
 )
-_ANGLE = (
-    "this angle grows with `s.{0}` and becomes inaccurate on the board and in a sketch: let the count start "
-    "again after each period, `s.{0} = (s.{0} + 1) % calls`"
-)
+_ANGLE = "this angle grows with `s.{0}` and becomes inaccurate on the board and in a sketch: " + _AGAIN
 
 
 def _untouched(place: int) -> Forms:

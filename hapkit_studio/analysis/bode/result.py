@@ -215,8 +215,8 @@ class Curve:
         impedance = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
             return (
-                f"{loop}: the loop adds energy from {hertz(lowest)} on: its damping of {damping} adds more "
-                f"than {own} takes away."
+                f"{loop}: the loop adds energy from {hertz(lowest)} on: the effective damping of {damping} "
+                f"adds more than {own} takes away."
             )
         if self.ends == self.softens:
             return (
@@ -224,8 +224,8 @@ class Curve:
             )
         if self.ends == self.gives_energy:
             return (
-                f"{loop}: {impedance} up to {hertz(self.ends)}; above, the loop adds more energy than {own} "
-                "takes away."
+                f"{loop}: {impedance} up to {hertz(self.ends)}; above this frequency, the loop adds more "
+                f"energy than {own} takes away."
             )
         return f"{loop}: {impedance} at all measured frequencies, up to {hertz(highest)}."
 

@@ -108,7 +108,9 @@ class Calibration:
         """Push both ways. If the motor is reversed, correct its sign and push again."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
         if wrong and found.agrees:
-            return passed("The motor pushed the wrong way. It is reversed now, so force and position agree.")
+            return passed(
+                "The motor pushed the wrong way. It is reversed now, so the handle follows the force."
+            )
         return found.result
 
     def find_dead_band(self) -> CheckResult:
@@ -125,7 +127,7 @@ class Calibration:
             )
             turn = " The motor pushed the wrong way. It is reversed now." if wrong else ""
             held = f"Dry friction holds the handle up to {broke.force:.2f} N.{turn}"
-            found = passed(f"{held} Force and position agree.") if slow.agrees else slow.result
+            found = passed(f"{held} The handle follows the force.") if slow.agrees else slow.result
         more = f" The motor begins to turn at duty {band} of 255; the step Friction measures it."
         return replace(found, text=found.text + more) if band else found
 

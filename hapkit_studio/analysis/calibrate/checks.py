@@ -149,7 +149,7 @@ def direction(runner: BoardRunner) -> CheckResult:
         remedy = "Run Set up my Hapkit, step Direction, or choose Flip direction in the menu Device."
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
-        friction = f"The stored dry friction of {runner.settings.coulomb:.2f} N may hold the handle."
+        friction = f"The dry friction ({runner.settings.coulomb:.2f} N, as stored) may hold the handle."
         words = f"{found.result.text} {friction}"
         remedy = f"{_FRICTION_REMEDY} If you find none of these: {found.result.remedy}"
         return warn("no motion", words, remedy)
@@ -162,7 +162,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
         count = f"One sensor step is {1e3 * now.quantum:.1f} mm"
-        return passed(f"The sweep worked. {count}, which is too coarse to measure mass and friction.")
+        return passed(f"The test motion worked. {count}, which is too coarse to measure mass and friction.")
     if not part.estimates:
         return warn("sweep", part.advice, _SWEEP_REMEDY)
     mass, dry = part["mass"], part["coulomb"]
@@ -194,7 +194,10 @@ def spring(runner: BoardRunner) -> CheckResult:
             f"On a spring of {SPRING:.0f} N/m, the handle still moves by {1e3 * size:.1f} mm after a second."
         )
         return warn(
-            "spring", words, "Lower the delay (low-latency mode, frame padding), and tighten the cable."
+            "spring",
+            words,
+            "Lower the USB delay: set the latency timer to 1 ms, or let Set up my Hapkit fill the USB "
+            "packets. Tighten the cable.",
         )
     return passed(f"On a spring of {SPRING:.0f} N/m, the handle comes to rest.")
 
@@ -202,7 +205,10 @@ def spring(runner: BoardRunner) -> CheckResult:
 _STOPPING = "The motor switches off at an E-stop and if the computer stops sending."
 CHECKS = (
     Check(
-        "settings", "Settings", "Reads the settings stored on the board and checks that they agree.", settings
+        "settings",
+        "Settings",
+        "Reads the settings stored on the board and checks that scale and radii agree.",
+        settings,
     ),
     Check(
         "sensor", "Sensor", "Checks that the reading is steady at rest and that no sample is lost.", sensor

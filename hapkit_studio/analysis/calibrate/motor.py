@@ -85,7 +85,8 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
         words = f"Pulses up to {pushed:.1f} N did not move the handle."
         remedy = (
             "Is the motor's power supply on (12 V plug, not only USB)? Is the cable on the pulley, and not "
-            "jammed? Is the handle free? If all this is right, look for a dead band."
+            "jammed? Is the handle free? If all this is right, press Look for a dead band in Set up my "
+            "Hapkit, step Direction."
         )
         return Direction(None, warn("no motion", words, remedy))
     signs = {np.sign(force * moved_by) for force, moved_by in moved}
@@ -102,7 +103,7 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
         remedy = "You need not do anything: the motor is reversed now, and the test is repeated."
         return Direction(False, warn("opposite", words, remedy))
     return Direction(
-        True, passed(f"Force and position agree: the handle moved up to {farthest:.1f} mm in each direction.")
+        True, passed(f"The handle follows the force: it moved up to {farthest:.1f} mm in each direction.")
     )
 
 
@@ -140,9 +141,9 @@ def breakaway(runner: BoardRunner) -> Breakaway:
         track = motions.raise_force(runner, sign)
         if abs(displacement(track)) < MOVED / 2.0:
             raise AbortedError(
-                f"Not even {motions.RAISE_LIMITS.force:g} N moved the handle. Force is zero. Switch the "
-                "motor's supply on (12 V), and look for a cable that is jammed or has slipped. Then try "
-                "again."
+                f"Not even {motions.RAISE_LIMITS.force:g} N moved the handle. The force is zero again. "
+                "Switch the motor's supply on (12 V), and look for a cable that is jammed or has slipped. "
+                "Then try again."
             )
         duties.append(int(np.abs(track.pwm).max()))
         shifts.append(displacement(track))

@@ -111,7 +111,7 @@ def _judge(found: Scale, board: Board, apart: float, inverted: bool | None) -> C
     if apart > 3.0 * SLIPPED:
         return failed(
             "uneven",
-            f"A mark is {1e3 * apart:.1f} mm away from the line through the others.",
+            f"One mark is {1e3 * apart:.1f} mm away from where the other marks put it.",
             "The handle was not at that mark, or the cable slipped. Take all marks again.",
         )
     if inverted is False and found.sense != board.sense:
@@ -137,7 +137,7 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
             return warn(
                 "diameter",
-                f"{words} {pulley:.1f} mm looks like {meaning}, not its radius.",
+                f"{words} {pulley:.1f} mm looks like {meaning}, not the pulley's radius.",
                 f"Enter {pulley * factor:.1f} mm for the pulley and press Use these radii, "
                 "or check the distances between the marks.",
             )

@@ -126,8 +126,8 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
     if np.isfinite(found.period) and wrong:
         return warn(
             "range",
-            f"The reading repeats every {found.period:.0f} counts; with this kit it should repeat every "
-            f"{board.counts_per_flip}.",
+            f"The reading starts again after {found.period:.0f} counts; with this kit, it should start again "
+            f"after {board.counts_per_flip}.",
             "Check that the right kit is chosen, and that the magnet is straight.",
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):

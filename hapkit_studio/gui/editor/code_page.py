@@ -22,7 +22,7 @@ _HEIGHT = 40
 # for each tone: the sign, and the colour token of sign and words
 _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "danger": ("cross", "danger")}
 DRAFT_MS = 800
-CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
+CYCLES, CYCLES_KEY = "Processor cycles", "Ctrl+Shift+C"
 _CYCLES_TIP = (
     "The board's processor makes 16 million cycles per second. The number beside each line is the average "
     "number of cycles that the line takes in one call of the law, during a back-and-forth motion. For the "

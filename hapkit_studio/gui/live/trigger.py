@@ -34,7 +34,7 @@ LEVELS = (
 )
 EVENT = Choice("event", "Event", ("contact", *(level.parameter.key for level in LEVELS)))
 EDGE = Choice("edge", "Direction of crossing", ("rising", "falling"))
-AGAIN = Choice("again", "Stops of the plots", ("single", "repeated"))
+AGAIN = Choice("again", "How often to stop", ("single", "repeated"))
 BEFORE = Parameter("before", "Time shown before the event", "%", 20.0, 0.0, 95.0)
 PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
 

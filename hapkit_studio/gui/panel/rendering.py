@@ -29,7 +29,7 @@ ROWS = {
     "Rate, Hz": "How many times per second the force is computed",
     "Stiffness limit, N/m": "The greatest stiffness at which a released handle is stable, at this delay, "
     "rate and velocity filter, with the damping of the scene",
-    "Missed forces": "How many forces were not ready in time. From the computer: they arrived too late. "
+    "Forces too late": "How many forces were not ready in time. From the computer: they arrived too late. "
     "On the board: the processor had no time to compute them",
     "Processor load, %": "How busy the board's processor usually is. At most 80 % is allowed",
 }

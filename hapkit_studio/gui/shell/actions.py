@@ -256,7 +256,7 @@ def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
     """Return an action that changes a value of the projector view by ``steps``; ``place`` is its index."""
     return Action(
         f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
-        enabled=lambda w: w.projector.on, extra=extra, submenu="Projector values",
+        enabled=lambda w: w.projector.on, extra=extra, submenu="Values on projector",
     )  # fmt: skip
 
 
@@ -399,7 +399,7 @@ _ENVIRONMENT = (
     ),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
     Action("environment.open", "Open environment…", lambda w: w.file_actions.open(), "Ctrl+O"),
-    Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
+    Action("environment.export", "Export for Arduino…", lambda w: w.show_export()),
     Action(
         "environment.law", "Switch between law and scene", lambda w: w.views.toggle_law(), "Ctrl+E",
         enabled=lambda w: w.editor.path is not None or w.editor.own.active is not None,
@@ -476,7 +476,7 @@ _HELP = (
     Action("help.troubleshooting", "Troubleshooting", lambda w: w.show_help("troubleshooting")),
     Action("help.write_lesson", "Writing lessons", lambda w: w.show_help("lessons")),
     Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K", rule=True),
-    Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.keys", "Keys and glossary", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About Hapkit Studio", lambda w: w.show_about(), rule=True),
 )

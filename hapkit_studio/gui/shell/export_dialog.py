@@ -31,7 +31,7 @@ class ExportDialog(FormDialog):
     """
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__("Export as sketch", _ABOUT, parent)
+        super().__init__("Export for Arduino", _ABOUT, parent)
         self._studio = studio
         self.what, self.velocity = label(), label()
         self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()

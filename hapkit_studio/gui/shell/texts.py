@@ -97,7 +97,7 @@ _PLACES = {
     "gui/shell/actions": "menu",
     "gui/shell/banners": "message across the window",
     "gui/shell/command_palette": "Find a command",
-    "gui/shell/export_dialog": "Export as sketch",
+    "gui/shell/export_dialog": "Export for Arduino",
     "gui/shell/gallery": "list of scenes",
     "gui/shell/header": "header of the window",
     "gui/shell/notices": "message across the window",
@@ -130,7 +130,7 @@ _PLACES = {
     "lessons": "Lessons view",
     "sessions": "Sessions view",
     "workshop": "law editor, error in a file",
-    "workshop/sketch": "Export as sketch",
+    "workshop/sketch": "Export for Arduino",
 }
 _NAMED = r"F\d+|Esc|Space|Backspace|Page (?:Up|Down)|Home|End|Left|Right|[Ww]heel|drag|[←→↑↓ ]+"
 _KEY = rf"(?:(?:Ctrl|Shift|Alt)\+)*(?:\S|{_NAMED})"
@@ -207,7 +207,7 @@ def _in_window(window: MainWindow) -> Iterator[Text]:
             _settle()
             yield from _of_dialogs(action.text().rstrip("…"), window)
     window.show_keys()
-    yield from _of_dialogs("Keys and words", window)
+    yield from _of_dialogs("Keys and glossary", window)
 
 
 def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:

@@ -24,10 +24,10 @@ HAND_KEYS = (
     ("Let go of the handle", "↓"),
     ("Change a slider or number by one step", "← → ↑ ↓"),
     ("Change a slider or number by ten steps", "Page Up, Page Down"),
-    ("Set a slider or number to a limit", "Home, End"),
+    ("Set a slider or number to min or max", "Home, End"),
     ("Zoom and move the time plots", "Wheel, drag"),
-    ("Zoom the values in the time plots", "Ctrl+wheel"),
-    ("Explain the law language (in the code)", "F1"),
+    ("Zoom the time plots vertically", "Ctrl+wheel"),
+    ("Explain the law language (code editor)", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
 _LONGEST = 40  # maximum number of letters of a marker; the plots have no space for a longer text
@@ -37,7 +37,7 @@ class KeysDialog(TextDialog):
     """Shows all keys, grouped by menu, and the window's terms; a search field filters the lines."""
 
     def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
-        super().__init__("Keys and words", parent)
+        super().__init__("Keys and glossary", parent)
         self.field = QLineEdit(placeholderText="Find a key or a word")
         self.field.setAccessibleName("Find a key or a word")
         self.field.textChanged.connect(self.seek)

@@ -33,7 +33,7 @@ class LockDialog(FormDialog):
         self.places.setProperty("field", True)
         self.places.setMinimumHeight(theme.px(_LOW))
         self.code, self.again = (QLineEdit(echoMode=QLineEdit.EchoMode.Password) for _ in range(2))
-        self.others = QPushButton("Tick all other environments")
+        self.others = QPushButton("Tick all “Environment” lines")
         self.confirm = QPushButton("Lock" if self._open else "Unlock")
         if self._open:
             for place, words in self._choices():

@@ -49,7 +49,7 @@ WORDS = {
     ),
     "Limit": (
         "The greatest stiffness at which small oscillations of the handle die out. It is computed "
-        "for this loop without dry friction, and measured in the view Stability."
+        "for this loop without dry friction; the view Stability can measure it."
     ),
     "Margin": (
         "The stiffness limit divided by the stiffness that is set. Below 1, small oscillations grow instead "
@@ -77,7 +77,7 @@ WORDS = {
     ),
     "Stable": (
         "The handle comes to rest after any push, in your hand and after you let go. Friction "
-        "helps, so a scene may be stable above the limit that ignores friction."
+        "helps, so a scene may be stable above the limit, which is computed without friction."
     ),
     "Stiffness": ("Force per metre of displacement. Twice the stiffness pushes back twice as hard."),
     "Texture": (

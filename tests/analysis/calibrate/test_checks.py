@@ -87,7 +87,7 @@ def test_a_stored_friction_that_stops_the_handle_is_reported_before_the_supply(c
     stored = replace(default().board, coulomb=0.3)
     result = check("direction", board=stored, coulomb=0.3)[0].results["direction"]
     assert result.key == "no motion"
-    assert "The stored dry friction of 0.30 N may hold the handle." in result.text
+    assert "The dry friction (0.30 N, as stored) may hold the handle." in result.text
     assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
 
 

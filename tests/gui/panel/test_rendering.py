@@ -85,7 +85,7 @@ def test_a_law_too_large_for_the_board_states_the_excess_and_an_alternative(boar
     )
     qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
     found = re.search(
-        r"feels the same: the forces differ by at most (0\.\d\d) N \(largest force: (\d\.\d) N\)\.",
+        r"feels like your choice: the forces differ by at most (0\.\d\d) N \(largest force: (\d\.\d) N\)\.",
         switch.note.text(),
     )
     assert 0.0 <= float(found[1]) <= board_alternative.FELT * float(found[2])

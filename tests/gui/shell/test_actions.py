@@ -123,7 +123,7 @@ def test_the_key_sheet_opens_once_and_lists_every_key(shown):
     for _ in range(3):
         shown.actions_by_key.run("help.keys")
     shown.actions_by_key.run("help.about")
-    assert sorted(sheet.windowTitle() for sheet in sheets(shown)) == ["Hapkit Studio", "Keys and words"]
+    assert sorted(sheet.windowTitle() for sheet in sheets(shown)) == ["Hapkit Studio", "Keys and glossary"]
 
 
 def test_the_time_window_is_set_from_menu_and_list(shown):

@@ -36,7 +36,7 @@ SCREENS = {
     "1920 × 1080 at a scale of 2, with a frame of 40 px": (960, 500),
 }
 
-_OTHER_DIALOGS = "Keys and words", "Law language", "Real-time priority", "About"
+_OTHER_DIALOGS = "Keys and glossary", "Law language", "Real-time priority", "About"
 
 
 def elided(top: QWidget) -> list[str]:
