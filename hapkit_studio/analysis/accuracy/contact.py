@@ -31,7 +31,8 @@ LABELS = {
 def bouncing(method: str, h: float, drift: bool, times: int = 1) -> Motion:
     """Return the motion of the puck in steps of h s.
 
-    Its error is the relative change of energy: the rms over bounces, or the total one if ``drift``.
+    Its error is the relative change of energy: the rms over the bounces, or, with ``drift``, the total
+    change.
     """
     t = instants(SECONDS, h)
     x, v = np.full_like(t, PUCK_FROM), np.full_like(t, SHOVED)

@@ -56,7 +56,7 @@ Run = tuple[Point, Callable[[int], Motion], float]
 
 
 def error(prepare: Callable[[int], Motion]) -> float:
-    """Run a simulation once, and return its error; inf if it is not finite."""
+    """Run a simulation once, and return its error; a NaN becomes inf."""
     work, found = prepare(1)
     work()
     with np.errstate(all="ignore"):

@@ -39,7 +39,7 @@ def continuous() -> np.ndarray:
 
 
 def tap(rate: float, delay: float, times: int = 1) -> Motion:
-    """Return a tap on the wall.
+    """Return the motion of the handle in a tap on the wall.
 
     Its error is the largest distance from the handle's true path, divided by the deepest penetration.
     """
