@@ -211,7 +211,7 @@ class Calibration:
         return self.pushed
 
     def use_reading(self, reading: float) -> Strength:
-        """Apply the motor constant from a scale's reading in kg; raise ParameterError if it is wrong."""
+        """Apply the motor constant from a scale's reading in kg; raise ParameterError for a wrong reading."""
         if self.pushed is None:
             raise ParameterError("Push on the scale first, and read it during the push.")
         pushed = self.pushed

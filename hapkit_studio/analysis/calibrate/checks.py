@@ -24,12 +24,12 @@ from hapkit_studio.devices.profiles import numbered, quantum_of
 from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
 SPRING = 100.0
-"""N/m; every kit renders this spring stably."""
+"""N/m: a virtual spring that every kit renders stably."""
 _SWEEP_SECONDS = 8.0
 _MASS_TOLERANCE = 0.3
 _MUCH_FRICTION = 0.25
 _HOLDING_FRICTION = 0.2
-"""N; this dry friction may hold a handle against the strongest pulse."""
+"""N: dry friction that may hold a handle against the strongest pulse."""
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, or a sector that rubs."
 _SWEEP_REMEDY = "Put the kit on a level surface, release the handle in the middle, and test again."
 _COARSE_QUANTUM = 0.2e-3

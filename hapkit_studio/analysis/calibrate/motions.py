@@ -6,7 +6,7 @@ from collections.abc import Callable
 from hapkit_studio.devices.board_runner import BoardRunner, Limits, Track
 
 PULSES = (0.1, 0.2, 0.3)
-"""N; before the direction is known, no force exceeds the last of these."""
+"""N: the forces of the pulses; until the motor's direction is known, no force exceeds the last one."""
 PULSE_SECONDS = 0.08
 COAST_SECONDS = 0.25
 PULSE_END = 0.002

@@ -19,11 +19,11 @@ from hapkit_studio.protocol.messages import Board, BoardFlag
 FORCE_UNCERTAINTY = 0.002
 """Relative uncertainty of a force, because its duty has steps."""
 TIME_UNCERTAINTY = 50e-6
-"""s; uncertainty of the board's time of a reading or of a force's start."""
+"""s: uncertainty of the board's time of a reading or of a force's start."""
 BAND_UNCERTAINTY = 3
 """Uncertainty of a fitted dead band, in duty steps."""
 MOST_COMPENSATED = 1.0
-"""N; upper limit of the friction compensation in a sweep."""
+"""N: upper limit of the friction compensation in a sweep."""
 _COMPENSATED = 0.8
 """Fraction of the break-away force that is compensated."""
 _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED

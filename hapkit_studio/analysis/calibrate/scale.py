@@ -12,11 +12,11 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board
 
 STILL = 0.4e-3
-"""m; largest motion of a held handle during a mark."""
+"""m: largest motion of a held handle during a mark."""
 APART = 0.020
-"""m; smallest distance between the outermost marks."""
+"""m: smallest distance between the outermost marks."""
 SLIPPED = 1.5e-3
-"""m; largest difference when a mark is repeated."""
+"""m: largest difference when a mark is repeated."""
 READING = 0.3e-3
 """m: standard deviation of a mark held by hand, combined with the residuals of the marks."""
 _KNOWN = 4

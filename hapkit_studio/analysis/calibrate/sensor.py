@@ -11,7 +11,7 @@ from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, Sensor
 
 ENOUGH_TRAVEL = 0.060
-"""m; smallest range for a check of the sensor; a kit has about 100 mm."""
+"""m: smallest range for a check of the sensor; a kit has about 100 mm."""
 NOISY = 4.0
 """Counts: a reading with a larger standard deviation is noisy."""
 _STUCK = 3
