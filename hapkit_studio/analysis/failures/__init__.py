@@ -17,5 +17,5 @@ def failures() -> Mapping[str, Failure]:
 
 
 def named(key: str) -> Failure:
-    """Return a failure by its key; raise ParameterError with a list of the keys if it is unknown."""
+    """Return a failure by its key; for an unknown key, raise ParameterError with a list of the keys."""
     return discovery.named(failures(), key, "failure")

@@ -1,4 +1,4 @@
-"""Friction computed from the sign of a quantised velocity: if it is large, the handle chatters."""
+"""Friction computed from the sign of a quantised velocity: large friction makes the handle chatter."""
 
 import math
 from dataclasses import replace
@@ -15,7 +15,7 @@ from hapkit_studio.haptics import rows
 
 # ratio F_c T²/(m Δ) up to which the chatter stays within one count, for a delay of 0 and of 1 period
 RATIOS = (1.5, 0.7)
-# counts; a larger oscillation is felt as chatter
+# counts: a larger oscillation is felt as chatter
 FLICKER = 1.5
 # initial positions in counts and speeds in m/s; the start with the largest chatter decides
 STARTS = ((0.0, 0.1234), (0.15, 0.05), (0.35, 0.2), (0.65, -0.08))
