@@ -43,7 +43,10 @@ class _Angles:
     slope: np.ndarray
 
     def sweep(self, turns: int) -> np.ndarray:
-        """Return sin((turns + 1/2) w) / sin(w / 2), the lag of the spring's energy at each angle."""
+        """Return S = sin((turns + 1/2) w) / sin(w / 2) at each angle.
+
+        A spring K with a delay of ``turns`` periods is passive if the handle's damping is at least S K T/2.
+        """
         return np.sin((turns + 0.5) * self.w) / np.sin(0.5 * self.w)
 
 
@@ -55,7 +58,7 @@ def passive_stiffness(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if none is passive.
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if no stiffness is.
 
     ``viscous`` is the handle's damping in N·s/m, ``rate`` is in Hz, and ``delay`` in s. ``quantum`` in m is
     that of the sensor for which the estimator is designed. Raise ParameterError for a nonlinear estimator.
@@ -88,7 +91,7 @@ def passive_damping(
 
 
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
-    """Return the largest stiffness that is passive at every angle; None if none is."""
+    """Return the largest stiffness that is passive at every angle; None if no stiffness is."""
     low, high = (_fractional_bounds if angles.rest else _whole_period_bounds)(angles, viscous, damping)
     most, least = float(np.nanmin(high)), max(float(np.nanmax(low)), 0.0)
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
