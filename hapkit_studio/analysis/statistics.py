@@ -82,7 +82,7 @@ class Line(NamedTuple):
 
 
 def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
-    """Return the regression line of y over x for the samples in the mask ``kept``, or None if it is singular.
+    """Return the regression line of y over x for the samples in the mask ``kept``; None for a singular fit.
 
     All arrays are (n,) and ordered by time. The line is a least-squares fit with a constant. The interval
     allows for autocorrelated residuals.
