@@ -126,7 +126,7 @@ def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
 
 
 def estimator_spec(text: str) -> Spec:
-    """Return the estimator that ``iir`` or ``iir:cutoff=20`` describes; raise ParameterError for others."""
+    """Return the estimator in ``iir`` or ``iir:cutoff=20``; raise ParameterError for an invalid option."""
     name, colon, options = text.partition(":")
     if not colon:
         return name
