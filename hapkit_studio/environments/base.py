@@ -16,7 +16,7 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Conditions(LoopSettings):
-    """The loop settings of a scene, and the handle's recent maximum speed in m/s, 0 if it is unknown."""
+    """The loop settings of a scene, and the handle's recent maximum speed in m/s (0 if unknown)."""
 
     coulomb: float = 0.0
     speed: float = 0.0
@@ -63,7 +63,7 @@ class MovingObject:
     swing: Callable[[Values], tuple[float, float, float]] | None = None
 
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the object's position (n,) in m from the handle's position (n,) in m and named states."""
+        """Return the object's position (n,) in m from the handle's position (n,) in m and the states."""
         return state[self.state] if self.state else np.maximum(position, values[self.rests])
 
 
