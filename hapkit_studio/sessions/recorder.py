@@ -73,7 +73,7 @@ class Recorder:
     def __init__(self, seconds: float = BUFFER_SECONDS, truth: bool = False):
         """Start the recorder, which keeps the last ``seconds`` of samples in memory.
 
-        If ``truth``, a simulation's true motion and hand are also recorded.
+        If ``truth``, the true motion, and the hand's force and target of a simulation are also recorded.
         """
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None
