@@ -34,7 +34,7 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem that prevents an environment from running: its text and its line; 0 is an unknown line."""
+    """A problem that prevents an environment from running: its text, and its line or 0 if it is unknown."""
 
     line: int
     text: str
