@@ -74,7 +74,7 @@ class Worker(Executor):
 
 
 def _run(jobs: _Jobs) -> None:
-    """Run jobs until None arrives. No reference to the worker prevents its garbage collection."""
+    """Run jobs until None arrives, without a reference to the worker, so that the worker can be freed."""
     while (item := jobs.get()) is not None:
         job, work = item
         if job.set_running_or_notify_cancel():
