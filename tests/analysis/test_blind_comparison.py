@@ -110,7 +110,7 @@ def events(one: np.ndarray, two: np.ndarray) -> float:
 
 
 def rendered(scene: Environment, gone: Iterable[str], hand: Hand, speed: float) -> np.ndarray:
-    """Return the rows at RATE of a scene with its defaults and without the terms in ``gone``, with a hand."""
+    """Return the rows at RATE of a scene that a hand moves, with its defaults, without the terms ``gone``."""
     without, seconds = set(gone), SECONDS if hand.release in (0.0, math.inf) else SECONDS + hand.release
     device = SimulatedHapkit(initial_velocity=speed).without(without)
     rate = FAST if "sampling" in without else RATE

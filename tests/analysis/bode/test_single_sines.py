@@ -1,4 +1,4 @@
-"""The damping of nonlinear laws equals the work per cycle of an independent simulation."""
+"""The damping of nonlinear laws agrees with the work per cycle in an independent simulation."""
 
 import math
 

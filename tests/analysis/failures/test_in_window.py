@@ -1,4 +1,4 @@
-"""Each failure's instruction is true on the complete device, if a mouse pulls and releases the handle."""
+"""Each failure's instruction states what the complete device does if a mouse pulls and releases it."""
 
 import math
 

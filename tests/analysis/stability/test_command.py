@@ -64,7 +64,7 @@ def test_the_json_has_columns_in_si_units(capsys, monkeypatch):
 
 
 def test_several_stable_intervals_are_reported(capsys):
-    """The worked example of test_limits has ends at 256, 341 and 1,562 N/m with 3.2 N·s/m."""
+    """With 3.2 N·s/m, stable intervals of the worked example in test_limits end at 256, 341 and 1,562 N/m."""
     loop = ("--mass", "0.03133", "--viscous", "0.82441", "--rate", "1430.93", "-B", "3.2", "-K", "300")
     more = "--estimator", "butterworth:cutoff=10.81613", "--to", "5.12", "--map", "--json"
     code, out, _ = run(capsys, *loop, *more)

@@ -22,7 +22,7 @@ def some_setting(rng):
 
 
 def passivity(setting, shares):
-    """Return the dampings at shares of the largest passive damping, and the passive stiffness at each."""
+    """Return dampings, as fractions of the largest passive damping, and the passive stiffness at each."""
     sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
     damping = passive_damping(setting.viscous, *sampling) * np.asarray(shares)
     return damping, passive_stiffness(setting.viscous, damping, *sampling)

@@ -17,7 +17,7 @@ SAMPLES, TIMES = 1000, 3
 
 
 def late_share(reader) -> float:
-    """Return the smallest fraction of late samples of several attempts, since other programs disturb some."""
+    """Return the smallest fraction of late samples of several attempts; other programs may disturb some."""
     found = [support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
     return min(float((f[:, rows.LATENESS] > 0.5 * f[:, rows.PERIOD]).mean()) for f in found)
 

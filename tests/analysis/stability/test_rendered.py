@@ -76,7 +76,7 @@ SLOW = LoopSettings(mass=0.05, viscous=1.0, estimator=("butterworth", {"cutoff":
     "setting", [LoopSettings(), LoopSettings(delay=1.3e-3, estimator="iir", hand="light"), SLOW]
 )
 def test_the_map_of_a_linear_loop_equals_rendering_of_each_cell(setting):
-    """Rows are stiffness, columns are damping; in half of the settings only a narrow strip is stable."""
+    """Each row is one stiffness, each column one damping; in half of the settings only a strip is stable."""
     damping, stiffness = np.linspace(0.0, 12.0, 13), np.geomspace(20.0, 40_000.0, 31)
     found = rendered.classes(setting, damping, stiffness)
     assert found.dtype == np.int8

@@ -145,7 +145,7 @@ def quit_loop(engine):
 def test_interruptions_restore_settings_and_remove_the_wall(
     running, monkeypatch, act, error, says, environment
 ):
-    """The measurement is cancelled, stopped, ends by a fault, loses its device, or meets changed settings.
+    """The measurement ends by cancelling, a stop, a fault, a lost device, or changed settings.
 
     Settings that were changed meanwhile are kept.
     """
