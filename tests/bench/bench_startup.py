@@ -1,4 +1,4 @@
-"""Time from the program's start to the first plotted sample, and to the last law if nothing is compiled."""
+"""Time from the program's start to the first plotted sample, and until all laws are compiled."""
 
 import statistics
 import tempfile

@@ -14,7 +14,7 @@ from tests.bench.window import keep_busy, open_window
 
 
 class RoundTrips:
-    """A collector of every measured round trip in s; it clears faults, which suspend round trips."""
+    """A collector of every measured round trip in s; it clears faults, because a fault stops round trips."""
 
     def __init__(self, window: MainWindow):
         self._studio = window.studio
