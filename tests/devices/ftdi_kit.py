@@ -77,7 +77,7 @@ class FtdiKit(FakeKit):
         self.tick += 1
 
     def _integrate(self, start, stop):
-        """Store the mean age of the force over a period. Its age is the time since the sample it answers."""
+        """Store the force's mean age over a period; the age is the time since the sample that it answers."""
         before = [f for f in self.applied if f[0] <= start]
         if not before:
             return

@@ -1,4 +1,4 @@
-"""Kits are complete, distinct, and as in the reference; calibration files are read as written."""
+"""Kits are complete and distinct, and agree with the reference; calibration files are read as written."""
 
 import math
 import re
