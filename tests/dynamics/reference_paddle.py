@@ -79,7 +79,7 @@ def slide(x, v, force, force_rate, coulomb, mass, damping, stiffness, h):
 
 
 def _leaves(net, rate, coulomb, t):
-    """Return the time at which the force net + rate s exceeds the friction."""
+    """Return the time at which a force, which is ``net`` at t and grows at ``rate``, exceeds the friction."""
     if rate == 0.0:
         return math.inf
     return t + max((math.copysign(coulomb, rate) - net) / rate, 0.0)

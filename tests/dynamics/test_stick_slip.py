@@ -9,7 +9,8 @@ import hapkit_studio as hs
 from hapkit_studio.dynamics.stick_slip import MODELS, period_error, slide
 from hapkit_studio.errors import ParameterError
 
-# columns: mass, spring, static, kinetic, speed; slip in s, period in s, greatest speed in m/s, peak in N
+# columns: mass in kg, spring in N/m, static and kinetic friction in N, speed in m/s; duration of a slip in s,
+# period in s, greatest speed in m/s, largest spring force in N
 SETS = [
     (0.05, 300.0, 1.0, 0.5, 0.02, 0.044526, 0.211193, 0.150639, 1.005964),
     (0.05, 300.0, 1.0, 0.5, 0.05, 0.050098, 0.116765, 0.188444, 1.036190),
@@ -21,7 +22,7 @@ FIRST = {"mass": 0.05, "spring": 300.0, "static": 1.0, "kinetic": 0.5}
 
 
 def measured(dt, v):
-    """Return the mean slip and the mean period in s over whole cycles, except the first."""
+    """Return the mean duration of a slip and the mean period, in s, over whole cycles except the first."""
     starts = np.flatnonzero((v[:-1] == 0.0) & (v[1:] != 0.0))[1:]
     cycles = len(starts) - 1
     moving = np.count_nonzero(v[starts[0] + 1 : starts[-1] + 1])
@@ -29,7 +30,7 @@ def measured(dt, v):
 
 
 def period_of(t, force):
-    """Return the mean time between downward crossings of the spring force's middle, or NaN for too few."""
+    """Return the mean time between downward crossings of the middle force; NaN with few crossings."""
     late = force[len(force) // 4 :]
     middle = 0.5 * (late.max() + late.min())
     if np.ptp(late) < 0.05:
@@ -104,7 +105,7 @@ def test_without_slips_there_is_no_period():
 
 @pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])
 def test_lugres_classic_motion_agrees_with_the_literature(dt):
-    """The parameters are Canudas de Wit's; break-away, period, forces and greatest speed are his."""
+    """Parameters, break-away, period, forces and greatest speed are those of Canudas de Wit."""
     given = {"mass": 1.0, "spring": 2.0, "static": 1.5, "kinetic": 1.0, "viscous": 0.4, "speed": 0.1}
     options = {"stiffness": 1e5, "damping": math.sqrt(1e5), "stribeck_velocity": 0.001}
     t, _, v, force = hs.stick_slip("lugre", **given, **options, dt=dt, seconds=60.0)
