@@ -64,7 +64,7 @@ def force(key, x, v=0.0, **given):
 
 
 def forces(key, positions, **given):
-    """Return the forces (n,) in N at rest at positions (n,) in m."""
+    """Return the forces (n,) in N on a handle at rest at positions (n,) in m."""
     return np.array([force(key, x, **given) for x in positions])
 
 

@@ -33,7 +33,7 @@ def pushed_and_left(t):
     [(0, pushed_and_left, 1000.0), (1, pushed_and_held, 1000.0), (2, pushed_and_held, 230.0)],
 )
 def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, motion, rate):
-    """The mass has m = 2 kg, b = 1 N·s/m, k = 300 N/m, and is free or in contact with 1000 N/m."""
+    """The mass has m = 2 kg, b = 1 N·s/m, k = 300 N/m, without contact or with a contact of 1000 N/m."""
     values = {"contact_stiffness": 1000.0, "integrator": method}
     run = imposed("mass_spring_damper", values, motion, 1.5, rate)
     after = run.time > 0.45
