@@ -62,7 +62,7 @@ class Case:
     - ``off``: within this time in s after START, the motor is switched off, and it stays off until END.
     - ``back``: within this time in s after END, the full force is back.
     - ``latched``: the faults that the loop may latch.
-    - ``wrong``: the sensor itself is wrong between START and END, so the recording has no error.
+    - ``wrong``: the sensor is wrong between START and END, so wrong recorded positions are no errors.
     - ``lossy``: frames are lost.
     - ``extra``: another program sends forces.
     - ``board``: the board renders.

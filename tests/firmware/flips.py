@@ -1,6 +1,6 @@
 """Two algorithms that count the jumps ("flips") of the sensor's saw-tooth signal.
 
-They are the firmware's, which is compiled here, and the class template's.
+One is the firmware's, which is compiled here; the other is the class template's.
 """
 
 import ctypes

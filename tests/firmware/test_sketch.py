@@ -190,7 +190,11 @@ def held(kit, archive, folder, *options, script=HOLD):
 
 
 def expected(board, at=HELD, power=0.5):
-    """Return the duty by the kit's numbers: torque = force * rh * rp / rs, duty = (torque / full) ^ power."""
+    """Return the duty by the kit's numbers.
+
+    The torque is force * handle radius * pulley radius / sector radius, and the duty is
+    (torque / full torque) ^ power.
+    """
     torque = STIFFNESS * at * board.handle_radius * board.pulley_radius / board.sector_radius
     return -255.0 * (torque / board.motor_constant) ** power
 
