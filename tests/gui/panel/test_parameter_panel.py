@@ -1,4 +1,4 @@
-"""Parameters in the panel: valid input reaches the loop by every way, invalid input does not."""
+"""Parameters in the panel: valid input of every kind reaches the loop, invalid input does not."""
 
 import re
 
