@@ -30,7 +30,7 @@ def samples(*seqs):
 
 
 class SteppedBoard(HapkitBoard):
-    """A board that receives messages at once; ``say`` returns after the loop has answered its data.
+    """A board that receives messages at once; ``say`` returns after the loop has answered the data.
 
     The function answer(message) returns bytes that the board sends before its next data, or None.
     """
