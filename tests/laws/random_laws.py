@@ -34,7 +34,7 @@ CURVE = (0.5, -1.25, 0.0, 2.0, -0.75)
 """
 CURVE = 5  # length of the table
 TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
-# functions of any argument, and the domains of the other functions
+# functions that accept any argument; for other functions, expressions that keep the argument in the domain
 ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")
 KEPT_IN = {
     "log10": "(abs({}) + 0.25)", "sqrt": "abs({})",
