@@ -166,7 +166,7 @@ def agreement(count: int, seed: int, folder: Path) -> Lines:
 
 
 def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
-    """Return a part with one more random byte, if it is damaged or noise; return a good part unchanged."""
+    """Return a damaged part, or noise, with one byte replaced at random; return a good part unchanged."""
     if kind < 2:
         return piece
     at = int(rng.integers(len(piece) + 1))
