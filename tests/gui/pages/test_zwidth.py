@@ -15,7 +15,8 @@ from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words
-from tests.gui.shell.test_layout import cut_off, resize
+from tests.gui.shell.test_fits import misfits
+from tests.gui.shell.test_layout import resize
 
 
 def made_up(capped=False, clamped=True):
@@ -123,13 +124,13 @@ def test_points_appear_one_by_one(page):
 @pytest.mark.slow
 def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to"
+    where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to"
     said = f"{where} at least 1,340 N/m."
     assert page.answer.words.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
-        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to 1,340 N/m, "
+        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to 1,340 N/m, "
         "with the motor at its limit of 3 N. From there to 1,400 N/m it rests at some walls and buzzes at "
         "others."
     )
@@ -175,7 +176,7 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
 def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, window, qapp):
     page.show_result(made_up())
     resize(qapp, window, (1280, 720))
-    assert outside(page.chart) == cut_off(window) == []
+    assert outside(page.chart) == misfits(window) == []
     page.where.button(DEVICE).click()
     assert page.answer.words.text().startswith("Press Measure to find the stiffest wall")
     assert not page.bar.export.isEnabled()
