@@ -124,13 +124,13 @@ def test_points_appear_one_by_one(page):
 @pytest.mark.slow
 def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to"
+    where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to"
     said = f"{where} at least 1,340 N/m."
     assert page.answer.words.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
-        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all walls tried up to 1,340 N/m, "
+        "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to 1,340 N/m, "
         "with the motor at its limit of 3 N. From there to 1,400 N/m it rests at some walls and buzzes at "
         "others."
     )
