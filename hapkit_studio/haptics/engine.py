@@ -350,7 +350,9 @@ class Engine:
             return driver.no_planner
         # a board reports its limit as a 32-bit number, which may exceed the same decimal number
         if np.float32(content.settings.max_force) < np.float32(self.device.max_force):
-            return "The force limit is lowered. Only the computer can apply a lower limit."
+            return (
+                "The force limit is set below the board's limit. Only the computer can apply a lower limit."
+            )
         request = self._request(content)
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 

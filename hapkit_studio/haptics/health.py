@@ -174,7 +174,7 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     found = {
         arrays.NOT_A_NUMBER: (f"Fault: the law returned {name} at {place}{at}.", ""),
         arrays.LAW_INDEX: (f"Fault: line {line} of the law uses an index outside the state or table.", ""),
-        arrays.LAW_FUEL: (f"Fault: line {line} of the law does not end.", ""),
+        arrays.LAW_FUEL: (f"Fault: the loop or function in line {line} of the law does not end.", ""),
         arrays.LAW_DIVISION: (f"Fault: line {line} of the law divides by zero at {place}.", ""),
         arrays.OVER_SPEED: (
             f"Fault: the handle moved too fast, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",

@@ -167,7 +167,7 @@ def probe() -> Priority:
 def report() -> str:
     """Return a description of the priority of this user's loop, and how to get a higher one."""
     now = probe()
-    lines = [f"The loop of this user runs with: {now.text}."]
+    lines = [f"For this user, the loop runs with: {now.text}."]
     if now.how:
         lines.append(now.how)
     if sys.platform == "linux" and now.how:

@@ -91,7 +91,8 @@ def forget_overrun(thread: int) -> None:
 FIFO_LEVEL = 80
 HOW_TO_GET_MORE = (
     f"Add the line '{os.environ.get('USER', 'your-user')} - rtprio {FIFO_LEVEL}' to "
-    "/etc/security/limits.conf and log in again, or install the package rtkit; see 'make realtime'."
+    "/etc/security/limits.conf and log in again, or install the package rtkit. The command 'make realtime' "
+    "shows more."
 )
 _NICE = -11
 _PR_SET_TIMERSLACK = 29

@@ -144,7 +144,7 @@ DIFFERENCES = (
         "other functions raise no error: `math.sqrt(-1.0)` is no number, and a fault if it reaches the force",
         "push = math.sqrt(max(0.0, x))",
     ),
-    ("a name must have a value on every path before it is used", "push = x if x > 0.0 else 0.0"),
+    ("a name must have a value in every case before it is used", "push = x if x > 0.0 else 0.0"),
     ("names are forgotten after each call, but the state is kept", "s.last = x"),
     ("arguments must be given in order, without names", "push = half(x)"),
     ("text can only be compared with a choice", 'push = 1.0 if p.side == "left" else 0.0'),

@@ -100,7 +100,10 @@ _INSTEAD: dict[Any, str] = {
     (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
     ast.Tuple: "several values at once are allowed only in `a, b = ...` and in `return a, b` of a helper",
-    (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
+    (
+        ast.Global,
+        ast.Nonlocal,
+    ): "`{}` is not allowed in a law: store values for the next call in the state `s`",
     ast.JoinedStr: "text in quotes is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
     ast.Match: "`match` is not allowed in a law: use `if`",

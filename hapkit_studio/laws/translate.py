@@ -103,7 +103,7 @@ def values_returned(tree: ast.FunctionDef) -> int:
             raise fail(
                 node,
                 f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: "
-                "return the same number",
+                "write equally many values after each `return`",
             )
     return sizes[0] if sizes else 1
 
@@ -330,7 +330,7 @@ class Rewriter(ast.NodeTransformer):
         if isinstance(node, ast.Name):
             reserved = self.is_law and node.id in subset.ARGUMENTS
             if reserved or (node.id.startswith("_") and node.id != "_"):
-                raise fail(node, f"`{node.id}` cannot be assigned; choose another name")
+                raise fail(node, f"you cannot assign a value to `{node.id}`: choose another name")
             self.known.add(node.id)
             return ast.Name(node.id, ast.Store())
         if isinstance(node, ast.Subscript) and self._is_table(node.value):
@@ -415,7 +415,7 @@ class Rewriter(ast.NodeTransformer):
         if self._is_table(node):
             raise fail(node, f"`{node.id}` is a table: use one of its numbers, `{node.id}[i]`")
         if node.id in self.local:
-            raise fail(node, f"'{node.id}' does not have a value on every path to this line: set it before")
+            raise fail(node, f"'{node.id}' does not have a value in every case: set it before this line")
         if not isinstance(constant, int | float):
             raise fail(node, self._undefined(node.id))
         return ast.Constant(self._number(node, constant))
@@ -604,7 +604,9 @@ class Rewriter(ast.NodeTransformer):
             return
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
-            words = f"pass the values it needs from `{node.id}`, as in `{name}({node.id}.{one})`"
+            words = (
+                f"pass the values that the function needs from `{node.id}`, as in `{name}({node.id}.{one})`"
+            )
             raise fail(node, f"the arguments of a helper function must be numbers: {words}")
         if self._is_table(node):
             raise fail(
@@ -689,7 +691,7 @@ def rewritten(
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
     if not _always_returns(tree.body):  # statements outside the language were already reported
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
-        raise fail(tree.body[-1], f"{what} on every path: end the function with `return 0.0`")
+        raise fail(tree.body[-1], f"{what} in every case: end the function with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers[function]

@@ -133,7 +133,7 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
         way = "too high" if value > wanted else "too low"
         return WRONG, f"This is {entry.text(abs(value - wanted))} {way}: {goal}."
     if found.half > max(tolerance, 1e-12):
-        return WRONG, f"The value is too uncertain: {goal}. Move farther or for longer."
+        return WRONG, f"The value is too uncertain ({goal}). Move farther or for longer."
     return CORRECT, f"This is correct: {goal}."
 
 

@@ -105,7 +105,7 @@ def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tupl
     value = entry.text(again.value) if math.isfinite(again.value) else ""
     if stamp != stored.stamp and stored.state in (CORRECT, WRONG):
         reason = "The samples or settings of this interval differ from those recorded with the answer."
-        return value, EDITED, f"{reason} They give: {again.text}"
+        return value, EDITED, f"{reason} The samples give: {again.text}"
     if stored.state != again.state or not _alike(stored.value, again.value):
         stored_text = entry.text(stored.value) if math.isfinite(stored.value) else "no value"
         reason = f"The file says {stored_text} ({stored.state}), but its samples give: {again.text}"

@@ -313,7 +313,7 @@ class _Reader:
         if between is not None:
             between = tuple(table.points("between", between))
         if MEASUREMENTS[measure].needs_region and between is None:
-            raise table.wrong("measure", f"{measure} needs between = [from, to] in m")
+            raise table.wrong("measure", f"{measure} needs the entry between = [from, to] in m")
         check = Check(
             key=key,
             line=table.line,

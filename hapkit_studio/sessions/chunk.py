@@ -55,9 +55,11 @@ class Chunk:
         if base := self.layout.delta_to(name):
             return self.values(base) - values
         if name == "time" and not self._in_order(values):
-            raise DamagedError(f"Between {self.start:g} and {self.stop:g} s, its times are not in order.")
+            raise DamagedError(
+                f"Between {self.start:g} and {self.stop:g} s, the samples' times are not in order."
+            )
         if name in _WHOLE and not np.abs(values).max() < MOST_WHOLE:
-            raise DamagedError(f"Its {name} goes beyond {MOST_WHOLE:,}.")
+            raise DamagedError(f"A value of {name} is too large: {MOST_WHOLE:,} or more.")
         return values
 
     def _in_order(self, times: np.ndarray) -> bool:

@@ -153,7 +153,7 @@ class SessionWriter:
             return ""
         if not log.exists():
             return f"The earlier samples are in {name}."
-        one = "To make one complete file of them, save a copy (sessions repair)."
+        one = "To make one complete file of them, save a copy (in a terminal: hapkit-studio sessions repair)."
         return f"The earlier samples are in {name} and {log.name}: keep both. {one}"
 
     @property

@@ -122,7 +122,7 @@ class Session:
             return (
                 f"The recording is incomplete: its newest samples are lost, because {name}{LOG} is missing."
             )
-        one = "To make one complete file, save a copy (sessions repair)."
+        one = "To make one complete file, save a copy (in a terminal: hapkit-studio sessions repair)."
         return f"The recording is incomplete: its newest samples are in {name}{LOG}. {one}"
 
     @property
@@ -144,7 +144,7 @@ class Session:
             return ()
         reason, more = next(iter(self._damaged.values())), len(self._damaged) - 1
         rows = f" And {more:,} more {'row' if more == 1 else 'rows'}." if more else ""
-        return (f"{self.name} is damaged. Left out: {reason}{rows}",)
+        return (f"{self.name} is damaged. Skipped: {reason}{rows}",)
 
     def check(self) -> tuple[str, ...]:
         """Read all data, and return ``damage``."""

@@ -65,7 +65,7 @@ def _text_for(error: BaseException, inside: bool) -> str:
         case AttributeError(name="key"):
             return "`parameters` must contain only Parameter(…) and Choice(…)"
         case KeyError(args=[key, *_]):
-            return f"there is no {key!r}"
+            return f"there is no key {key!r}"
         case ModuleNotFoundError(name=name):
             return f"there is no module '{name}'"
         case RecursionError():

@@ -80,8 +80,8 @@ _UPRIGHT = (
     "the board starts, it takes this position as 0. Then connect the motor's power supply."
 )
 _NEAR = (
-    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: the sensor repeats its "
-    "values, and the board uses the nearest zero. Then connect the motor's power supply."
+    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: the sensor's reading "
+    "repeats as the motor turns, so the board uses the nearest zero. Then connect the motor's power supply."
 )
 
 

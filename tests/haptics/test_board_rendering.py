@@ -249,7 +249,7 @@ def test_the_board_renders_only_if_the_labs_limit_is_not_below_its_own(
     if renderer == "board":
         setup.go()
     else:
-        with pytest.raises(ParameterError, match="force limit is lowered"):
+        with pytest.raises(ParameterError, match="limit is set below the board's limit"):
             setup.engine.set_where("board")
     assert setup.engine.decision(wait=True).where == renderer
     assert setup.engine.max_force == pytest.approx(min(share, 1.0) * KIT.max_force)

@@ -55,7 +55,7 @@ WORDS = [
     (arrays.NOT_A_NUMBER, math.nan, 0.00502, 0, "the law returned NaN at x = 5.02 mm.", HOLD),
     (arrays.NOT_A_NUMBER, -math.inf, -0.001, 7, "the law returned infinity at x = −1.00 mm (line 7).", HOLD),
     (arrays.LAW_INDEX, 0.0, 0.0, 14, "line 14 of the law uses an index outside the state or table.", HOLD),
-    (arrays.LAW_FUEL, 0.0, 0.0, 3, "line 3 of the law does not end.", HOLD),
+    (arrays.LAW_FUEL, 0.0, 0.0, 3, "the loop or function in line 3 of the law does not end.", HOLD),
     (arrays.LAW_DIVISION, 0.0, 0.001, 3, "line 3 of the law divides by zero at x = 1.00 mm.", HOLD),
     (STALE, arrays.NO_SAMPLE, 0.0, 0, "no sensor reading arrived for 20 ms, three times in 10 s.", "Check"),
     (STALE, arrays.AWAY, 0.0, 0,

@@ -22,7 +22,7 @@ REFUSED = [
     ("a, b = x", "there are 2 names here, but one value"),
     ("a, b = half(x)", "`half` returns 1 value: store them with `a = half(…)`"),
     ("a = both(x)", "`both` returns 2 values: store them with `a, b = both(…)`"),
-    ("a, x = v, 1.0", "`x` cannot be assigned"),
+    ("a, x = v, 1.0", "cannot assign a value to `x`"),
     ("return x, v", "several values at once are allowed only in"),
     ("a = b = 1.0", "one name at a time"),
     ("*a, b = x, v", "only names and the state"),
@@ -34,19 +34,19 @@ REFUSED = [
     ("a = s.ring", "several values: choose one with an index"),
     ("a = s.ring[0:1]", "not allowed"),
     ("p.stiffness = 2.0", "only names and the state `s` can be assigned"),
-    ("x = 2.0", "`x` cannot be assigned"),
+    ("x = 2.0", "cannot assign a value to `x`"),
     ("p = s", "write a name after `s`"),
-    ("s = 1.0", "`s` cannot be assigned"),
-    ("_a = 2.0", "`_a` cannot be assigned"),
-    ("for _fault in range(3): pass", "`_fault` cannot be assigned"),
+    ("s = 1.0", "cannot assign a value to `s`"),
+    ("_a = 2.0", "cannot assign a value to `_a`"),
+    ("for _fault in range(3): pass", "cannot assign a value to `_fault`"),
     ("for i in range(x): pass", "a loop must count to a constant"),
     ("for i in range(99999999999999999999): pass", "2147483648"),
     ("for i in range(0, 9, 0): pass", "its step must not be 0"),
     ("for i, j in range(3): pass", "count with one name"),
     ("for i in range(3): pass\nelse: a = 1.0", "`else` after a loop"),
-    ("for i in range(3): a = 1.0\nb = a", "'a' does not have a value on every path"),
-    ("if x > 0: a = 1.0\nb = a", "'a' does not have a value on every path to this line: set it before"),
-    ("b = GAIN\nGAIN = 2.0", "'GAIN' does not have a value on every path"),
+    ("for i in range(3): a = 1.0\nb = a", "'a' does not have a value in every case"),
+    ("if x > 0: a = 1.0\nb = a", "'a' does not have a value in every case: set it before this line"),
+    ("b = GAIN\nGAIN = 2.0", "'GAIN' does not have a value in every case"),
     ("if p.side == 'middle': pass", "Side must be one of right, left, not 'middle'"),
     ("if p.side == 0: pass", "compare Side with the name of an option: right, left"),
     ("if x is v: pass", "this comparison is not allowed"),
@@ -139,7 +139,7 @@ def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
         ("def help(_fault):\n    return 1.0", "plain names"),
         ("def help(a):\n    return help(a)", "`help` calls itself"),
         ("def other(a):\n    return help(a)\n\ndef help(a):\n    return other(a)", "calls itself"),
-        ("def help(a):\n    a = 1.0", "`help` must return a number on every path"),
+        ("def help(a):\n    a = 1.0", "`help` must return a number in every case"),
         ("def help(a):\n    return p.stiffness", "`p` can be used only in the law"),
         ("def keep(f):\n    return f\n\n@keep\ndef help(a):\n    return a", "must not have a decorator"),
         (
@@ -161,7 +161,7 @@ def test_helpers_obey_the_same_language(tmp_path, helper, words):
     "body", ["a = 1.0", "if x > 0.0:\n    return 1.0", "for i in range(3):\n    return 1.0"]
 )
 def test_a_law_returns_on_every_path(tmp_path, body):
-    with pytest.raises(LawError, match=r"on every path: end the function with `return 0\.0`"):
+    with pytest.raises(LawError, match=r"in every case: end the function with `return 0\.0`"):
         environment(tmp_path, law_text(body))
 
 

@@ -144,7 +144,7 @@ def test_one_wrong_value_is_reported_with_its_limit_and_the_rest_is_read(
     set_value(path, kind, row, name, value)
     lines = listed(path.parent, capsys)
     assert "damaged" not in lines["neighbour.hapkit"]
-    assert f"bad.hapkit is damaged. Left out: {reason}" in lines["bad.hapkit"]
+    assert f"bad.hapkit is damaged. Skipped: {reason}" in lines["bad.hapkit"]
     with closing(Session(path)) as found:
         assert len(found.read(("tick",))["tick"]) == 100 * (CHUNKS - (kind == "chunk"))
         assert len(found.events) == len(EVENTS) - (kind == "event")
@@ -173,7 +173,7 @@ def test_a_compressed_column_with_an_invalid_head_is_damaged(path, head):
     set_value(path, "chunk", 2, "position", zlib.compress(HEAD.pack(*head) + bytes(head[0] * 99)))
     with closing(Session(path)) as found:
         assert len(found.read(("position",))["position"]) == 100 * (CHUNKS - 1)
-        assert "Left out: chunk 2: Samples cannot be read: " in found.damage[0]
+        assert "Skipped: chunk 2: Samples cannot be read: " in found.damage[0]
     assert overview(path).damage == found.damage
 
 
@@ -288,7 +288,7 @@ def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeyp
     with closing(Session(tmp_path / "a.hapkit")) as found:
         assert found.counts.sum() == 20 * MOST_SAMPLES
         assert found.damage == (
-            "a.hapkit is damaged. Left out: chunk 21 and later rows: at most 1,310,720 samples can be read.",
+            "a.hapkit is damaged. Skipped: chunk 21 and later rows: at most 1,310,720 samples can be read.",
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
         # the values take 8 bytes each
@@ -342,11 +342,11 @@ def test_events_beyond_the_limit_are_skipped(path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_EVENTS", 5)
     with closing(Session(path)) as found:
         assert len(found.events) == 5
-        assert "Left out: event 6 and later rows: at most 5 events" in found.damage[0]
+        assert "Skipped: event 6 and later rows: at most 5 events" in found.damage[0]
     monkeypatch.setattr(session, "_MOST_EVENTS", 100)
     monkeypatch.setattr(session, "_MOST_TEXT", 100)
     with closing(Session(path)) as found:
-        assert "Left out: event 2 and later rows" in found.damage[0]
+        assert "Skipped: event 2 and later rows" in found.damage[0]
     monkeypatch.undo()
     monkeypatch.setattr(session, "MOST_MARKERS", 1)
     with SessionWriter.whole(path.with_name("marked.hapkit")) as writer:

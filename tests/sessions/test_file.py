@@ -122,7 +122,7 @@ def test_only_the_damaged_chunk_is_skipped(tmp_path, change, reason):
     assert (session.starts[1:] > session.stops[:-1]).all()
     assert len(session.read(("position",))["position"]) == 300 * (CHUNKS - 1)
     (damage,) = session.check()
-    assert damage.startswith(f"a.hapkit is damaged. Left out: chunk 3: {reason}")
+    assert damage.startswith(f"a.hapkit is damaged. Skipped: chunk 3: {reason}")
 
 
 def test_a_randomly_damaged_file_gives_one_line_or_the_data_written(tmp_path):
@@ -277,7 +277,7 @@ def test_a_killed_recording_opens_from_a_read_only_folder(killed, read_only, tmp
     with closing(Session(place / "a.hapkit")) as session:
         assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
         assert session.check() == ()
-        one = "To make one complete file, save a copy (sessions repair)."
+        one = "To make one complete file, save a copy (in a terminal: hapkit-studio sessions repair)."
         assert (
             session.unfinished
             == f"The recording is incomplete: its newest samples are in a.hapkit-wal. {one}"

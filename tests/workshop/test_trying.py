@@ -51,7 +51,7 @@ def test_a_guarded_law_passes(tmp_path):
 # columns: further arguments of Environment, line of the error, message
 FUNCTIONS = [
     ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
-    ("impedance=lambda p: (p['stifness'], 0.0),", "there is no 'stifness'"),
+    ("impedance=lambda p: (p['stifness'], 0.0),", "there is no key 'stifness'"),
     ("impedance=lambda p: None,", "return (stiffness, damping), not None"),
     ("impedance=lambda p: (1.0, math.nan),", "return (stiffness, damping), not (1.0, nan)"),
     ("check=lambda p: 'too soft',", "the defaults contradict each other: too soft"),

@@ -224,8 +224,8 @@ def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[floa
 
 
 HOOKED = (
-    "between the handle in the middle and a post on its left, so that the spring is never slack and touches "
-    "nothing else"
+    "between the handle in the middle and a post on the left of the handle, so that the spring is always "
+    "stretched and touches nothing else"
 )
 """Text for instructions: where the spring is hooked."""
 

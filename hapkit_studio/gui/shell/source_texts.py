@@ -80,7 +80,7 @@ _WORD = re.compile(r"[^\W\d_]{2,}")
 # code, style sheets, patterns, SQL, shell commands, file filters, and pieces of texts
 _NO_MESSAGE = re.compile(
     r"\{;|^[#&./<%]|::|^(from|import|def|class|return|for|const|constexpr|sudo|echo) |^@|\| None|\|\||\n.*\n|"
-    r"^\w+\[|^\w+ = |^\w+, \w+ = |\\[dwsb(\[12]|^[A-Z]{2,} [A-Za-z_*]+|=\"\{|;;|"
+    r"^\w+\[|^\w+ = |^\w+, \w+ = |\\[dwsb(\[12]|\(\?:|^SELECT |^[A-Z]{2,} [A-Za-z_*]+|=\"\{|;;|"
     r"^[A-Z]\w+ [A-Z]\w+[A-Z]\w+|\(\*\.|--\w| // |constexpr|"
     r"==\"|\\[A-Z]|\b_np\.|\b(the|a|an|of|to|with|than|and|or) *$"
 )

@@ -267,7 +267,7 @@ class MainWindow(QMainWindow):
 
         buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
         words = (
-            "A tour shows the window in five minutes.",
+            "A five-minute tour shows the window.",
             "The tour is also in the menu Help, under First steps.",
         )
         self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))

@@ -74,7 +74,7 @@ class StoredSettings(QSettings):
         words = (
             reasons[0]
             if len(reasons) == 1
-            else f"These settings are not used: {', '.join(self.rejected)}."
+            else f"These settings are invalid and not used: {', '.join(self.rejected)}."
             if reasons
             else ""
         )

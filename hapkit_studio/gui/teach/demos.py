@@ -149,11 +149,15 @@ def _path(given: object, at: float) -> Path_:
     if given == RELEASE:
         return ()
     if not given or not isinstance(given, list):
-        raise ParameterError(f'hand must be [[s, mm], …] or "{RELEASE}", not {quoted(given)}.')
+        raise ParameterError(
+            f'hand must be [[time in s, position in mm], …] or "{RELEASE}", not {quoted(given)}.'
+        )
     path: list[tuple[float, float]] = []
     for point in given:
         if not isinstance(point, list) or len(point) != 2:
-            raise ParameterError(f"A point of the hand must be [s, mm], not {quoted(point)}.")
+            raise ParameterError(
+                f"A point of the hand must be [time in s, position in mm], not {quoted(point)}."
+            )
         time, place = number(_TIME, point[0]), number(_PLACE, point[1])
         if path and at + time <= path[-1][0]:
             raise ParameterError(

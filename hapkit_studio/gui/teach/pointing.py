@@ -33,11 +33,11 @@ _ABOUT = (
     "recorded. You can stop at any time: the trials until then are evaluated."
 )
 _HOW = (
-    "Hold the handle in the range named start until the target appears. Then move the handle into the "
+    "Hold the handle in the start range until the target appears. Then move the handle into the "
     "target at once and stop there. A trial ends when the handle is at rest. With the mouse, keep the "
     "button pressed."
 )
-_SETS = (("No, low and high friction", CONDITIONS), ("No friction, and each friction model", BY_MODEL))
+_SETS = (("Friction: none, low, high", CONDITIONS), ("No friction, and each friction model", BY_MODEL))
 _ROUNDS = (1, 2, ROUNDS, 8)
 
 
@@ -221,13 +221,13 @@ class PointingExperiment(Experiment):
             return
         lines = pointing.evaluate(page.run.done)
         words = [
-            f"Movement time MT = a + b·ID, where ID is the index of difficulty of a target. The intervals "
-            f"contain the true values with 95 % probability. Trials: {len(page.run.done)}."
+            f"Movement time MT = a + b·ID, where ID says how difficult a target is (index of difficulty). "
+            f"The intervals contain the true values with 95 % probability. Trials: {len(page.run.done)}."
         ]
         if name:
             words.append(
                 f"The trials are recorded in {name}. "
-                "`hapkit-studio experiment pointing` evaluates them again."
+                "The command `hapkit-studio experiment pointing` in a terminal evaluates them again."
             )
         chart = partial(draw_pointing, found=lines)
         ResultDialog(TITLE, words, chart, pointing_columns(), lines, self._window).show()

@@ -36,7 +36,10 @@ _ABOUT = (
     "The scene has a hidden value. Estimate this value by feel, with the plots and with their cursors. "
     "Other settings are locked until you close the quiz. Then your settings come back."
 )
-_NONE = "No stable value was found for this loop and grip. Close the quiz and choose a shorter delay."
+_NONE = (
+    "No stable value was found for the present loop settings and grip. Close the quiz and choose a shorter "
+    "delay."
+)
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:

@@ -123,8 +123,8 @@ class ThresholdPage(BlindPage):
     def count_text(self) -> str:
         turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
         return (
-            f"Answers: {self.answers}. Switches between a growing and a shrinking difference: {turns} of "
-            f"{discrimination.REVERSALS}."
+            f"Answers: {self.answers}. The difference turned from growing to shrinking or back: "
+            f"{turns} of {discrimination.REVERSALS} times."
         )
 
 

@@ -89,4 +89,7 @@ def frame_text(found: Padding) -> str:
             f"Each USB message is filled up to {found.better} bytes, so the delay is {padded} instead "
             f"of {plain}."
         )
-    return f"The delay is {plain}. Longer USB messages would make the delay {padded}, so they stay short."
+    return (
+        f"The delay is {plain}. Longer USB messages would make the delay {padded}, so the messages stay "
+        "short."
+    )

@@ -182,8 +182,8 @@ class SaveStep(StepPage):
         elif self.calibration is not None and not (self._scale_plausible() or self._scale_confirmed()):
             kit, ratio = profiles.nearest_kit(self.calibration.board)
             self.box.show_warning(
-                f"One sensor count is {ratio:.2f} × as long as with the most similar kit, {kit.title}. "
-                "The usual ratio is 0.8 to 1.2.",
+                f"Per sensor count, the handle moves {ratio:.2f} × as far as with the most similar kit, "
+                f"{kit.title}. The usual ratio is 0.8 to 1.2.",
                 "Take the marks again in the step Zero and scale, or confirm the scale above. Then save.",
             )
         else:

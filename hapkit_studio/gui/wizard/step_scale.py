@@ -106,7 +106,7 @@ class ScaleStep(StepPage):
         off = ", ".join(number(1e3 * r, 2) for r in scale.residuals)
         reverse = scale.sense != self.calibration.board.sense
         words = " The sensor counts in the other direction, so its positions are reversed." if reverse else ""
-        self.residuals.setText(f"Each mark's distance from the straight line: {off} mm.{words}")
+        self.residuals.setText(f"Each mark's distance from the fitted straight line: {off} mm.{words}")
         self.box.show_result(scale.result)
         # Enter must not take a fifth mark by accident
         self.first = self.apply if scale.result.good else None

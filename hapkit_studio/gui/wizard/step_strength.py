@@ -38,10 +38,9 @@ _SCALE = (
     "reading of the scale."
 )
 _SPRINGS = (
-    f"Attach a spring {HOOKED}. Enter its stiffness, which must be known to {100.0 * SPRING_UNCERTAINTY:g} "
-    "%, "
-    f"take your hands off and press Pull the spring. Then attach another spring, at least "
-    f"{SPRINGS_DIFFER:g} × as stiff."
+    f"Attach a spring {HOOKED}. Enter the stiffness of the spring, which must be known to "
+    f"{100.0 * SPRING_UNCERTAINTY:g} %, take your hands off and press Pull the spring. Then attach another "
+    f"spring, at least {SPRINGS_DIFFER:g} × as stiff."
 )
 
 

@@ -83,6 +83,8 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
     "words",
     [
         "SELECT name FROM sqlite_master",
+        "SELECT {columns}, crc FROM chunk WHERE id = ?",
+        "'(?:Parameter|Choice)' object is not iterable",
         "sudo udevadm trigger",
         "constexpr struct {name} {",
         "runs half a step ahead, which",
@@ -97,6 +99,7 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
 )
 def test_code_and_pieces_of_texts_are_no_messages(words):
     assert not source_texts.is_message(words)
+    assert not source_texts.is_message(words, law=True)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,10 @@ def test_a_wrong_setting_is_replaced_by_its_default_and_named(start_window, line
 def test_many_wrong_settings_give_one_message_that_is_not_repeated(start_window):
     write("theme=purple\ngeometry=5\ngrid=perhaps\nvalues=5")
     first = start_window()
-    assert first.banners.get("settings").text == "These settings are not used: theme, grid, values, geometry."
+    assert (
+        first.banners.get("settings").text
+        == "These settings are invalid and not used: theme, grid, values, geometry."
+    )
     first.settings.sync()
     assert start_window().banners.get("settings") is None
 

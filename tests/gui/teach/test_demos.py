@@ -297,7 +297,7 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
         ('"spring"', '"sprung"', "environment 'sprung' is not installed"),
         ("[2.0, 12.0]", "[2.0, 60.6]", "−60 and 60 mm, not 60.6"),
         ("[2.0, 12.0]", "[0.0, 12.0]", "must increase: 0 s comes after 0 s"),
-        ("[2.0, 12.0]", "[2.0]", "[s, mm], not [2.0]"),
+        ("[2.0, 12.0]", "[2.0]", "[time in s, position in mm], not [2.0]"),
         ('"release"', '"drop"', "not 'drop'"),
         ("at = 4.0", "at = 0.0", "must be between 0 s"),
         ("at = 8.0", "at = 10.0", "and 10 s, not 10 s"),

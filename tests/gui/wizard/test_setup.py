@@ -221,7 +221,7 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
 
     assert enter_save(1.19 * 0.005) == (True, False)
     assert enter_save(1.21 * 0.005) == (False, True)
-    assert "1.21 × as long as with the most similar kit, Hapkit 3.0" in save.box.words.text()
+    assert "1.21 × as far as with the most similar kit, Hapkit 3.0" in save.box.words.text()
     save.confirm.click()
     assert save.save.isEnabled()
     assert enter_save(1.5 * 0.005) == (False, True)  # the new scale is not confirmed yet
@@ -357,7 +357,8 @@ def test_springs_are_measured_one_after_the_other(played):
         (
             (1.0e-3, 1.2e-3),
             0,
-            "The delay is 1.0 ms. Longer USB messages would make the delay 1.2 ms, so they stay short.",
+            "The delay is 1.0 ms. Longer USB messages would make the delay 1.2 ms, so the messages stay "
+            "short.",
         ),
     ],
 )
