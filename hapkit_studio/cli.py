@@ -118,12 +118,12 @@ def _command(given: Sequence[str]) -> int:
     return result.code
 
 
-def fail(words: str, code: int = FAILED) -> int:
+def fail(text: str, code: int = FAILED) -> int:
     """Print an error line on stderr unless it is empty, and return the exit code."""
     from hapkit_studio.formatting import printable
 
     with suppress(OSError):
-        print(f"hapkit-studio: {printable(words)}\n" if words else "", end="", file=sys.stderr)
+        print(f"hapkit-studio: {printable(text)}\n" if text else "", end="", file=sys.stderr)
     _flush()
     return code
 
@@ -171,9 +171,9 @@ def parser() -> "argparse.ArgumentParser":
     top.add_argument("--version", action="version", version=__version__)
     made = top.add_subparsers(required=True, metavar="COMMAND")
     for command in (*commands.discover().values(), base.Command("texts", _TEXTS_HELP, _texts)):
-        words, whole = command.help, command.help[0].upper() + command.help[1:] + "."
+        text, whole = command.help, command.help[0].upper() + command.help[1:] + "."
         taking = made.add_parser(
-            command.name, aliases=command.aliases, help=words.replace("%", "%%"), description=whole
+            command.name, aliases=command.aliases, help=text.replace("%", "%%"), description=whole
         )
         taking.add_argument("--json", action="store_true", help="print one JSON object")
         taking.set_defaults(command=command.run)
@@ -190,10 +190,10 @@ def _texts(_options: "argparse.Namespace") -> "Result":
     from hapkit_studio.gui.shell.texts import texts
 
     found = texts()
-    lines = "\n".join(f"{place} | {words}" for place, words, _source in found)
+    lines = "\n".join(f"{place} | {text}" for place, text, _source in found)
     return Result(
         lines,
-        {"texts": [{"place": place, "text": words, "source": source} for place, words, source in found]},
+        {"texts": [{"place": place, "text": text, "source": source} for place, text, source in found]},
     )
 
 

@@ -116,9 +116,9 @@ def megabytes(size: int) -> str:
     return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
 
 
-def unbroken(words: str) -> str:
+def unbroken(text: str) -> str:
     """Return text that does not wrap between a number and its unit."""
-    joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)
+    joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
     return _SLASH.sub("/\N{WORD JOINER}", joined)
 
 

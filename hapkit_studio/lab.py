@@ -127,10 +127,10 @@ def _folder(value: object, place: str) -> Path:
 
 def _locked(value: object, place: str) -> frozenset[tuple[str, ...]]:
     found = [tuple(text.split(".")) for text in _texts(value, place)]
-    for words in found:
-        if len(words) != _LOCKABLE.get(words[0]):
+    for parts in found:
+        if len(parts) != _LOCKABLE.get(parts[0]):
             raise FileError(
-                f'{place} contains {quoted(".".join(words))}; it may contain "loop", "grip", "device", '
+                f'{place} contains {quoted(".".join(parts))}; it may contain "loop", "grip", "device", '
                 '"environment.wall" and "value.wall.stiffness".'
             )
     return frozenset(found)

@@ -115,8 +115,8 @@ class Choice:
 
         A label is returned unchanged, because it may be a name.
         """
-        words = self.phrases or self.labels or [option.replace("_", " ") for option in self.options]
-        return words[int(value)]
+        phrases = self.phrases or self.labels or [option.replace("_", " ") for option in self.options]
+        return phrases[int(value)]
 
 
 def check_number(

@@ -32,10 +32,10 @@ BASELINES = {"x86_64": _V3, "amd64": _V3}
 """LLVM's name of the baseline processor, and its features, by platform.machine() in lower case."""
 
 
-def module_command(module: str, *words: str) -> list[str]:
+def module_command(module: str, *args: str) -> list[str]:
     """Return the command line that runs a module of the studio in a new process."""
     # With -P, Python does not search the current folder, in which a file may have a standard module's name.
-    return [sys.executable, "-P", "-m", module, *words]
+    return [sys.executable, "-P", "-m", module, *args]
 
 
 @functools.cache

@@ -182,8 +182,8 @@ def _text(value: Any, unit: object = "") -> str:
     if value in _INFINITE:
         value = float(value)
     if isinstance(value, Real):
-        words = printable(" ".join(str(unit or "").split()))
-        return f"{_number(value)} {words}".rstrip()
+        text = printable(" ".join(str(unit or "").split()))
+        return f"{_number(value)} {text}".rstrip()
     if isinstance(value, str) and value.isprintable() and value and _value(value) == (value, ""):
         return value
     return json.dumps(value, default=str)

@@ -65,13 +65,13 @@ def clean(home: Path, **variables: str) -> dict[str, str]:
     return base | variables
 
 
-def output(words: list, environment: dict[str, str], cwd: Path | None = None, code: int = 0) -> str:
+def output(command: list, environment: dict[str, str], cwd: Path | None = None, code: int = 0) -> str:
     """Run a program and return its output; exit with its errors if its exit code is not ``code``."""
     done = subprocess.run(
-        [str(word) for word in words], env=environment, cwd=cwd, capture_output=True, text=True, timeout=900
+        [str(word) for word in command], env=environment, cwd=cwd, capture_output=True, text=True, timeout=900
     )
     if done.returncode != code:
-        sys.exit(f"{' '.join(map(str, words))} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
+        sys.exit(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
     return done.stdout
 
 
@@ -84,8 +84,8 @@ def start_times(program: Path) -> None:
             output([program, "-m", "import_libraries"], clean(Path(home)), TESTS / "bench")
             references.append(time.perf_counter() - begin)
             begin = time.perf_counter()
-            words = [program, "-m", "first_sample"]
-            seen = json.loads(output(words, clean(Path(home)), TESTS / "bench").splitlines()[-1])
+            command = [program, "-m", "first_sample"]
+            seen = json.loads(output(command, clean(Path(home)), TESTS / "bench").splitlines()[-1])
         windows.append(seen["window"] - begin)
         samples.append(seen["sample"] - begin)
         if seen["said"]:
@@ -96,12 +96,12 @@ def start_times(program: Path) -> None:
         show(f"{what} of a new user", f"{value:.2f} s, {value / reference:.2f} × importing Qt and numba")
 
 
-def tour(where: str, words: list, folder: Path, environment: dict[str, str] | None = None) -> None:
+def tour(where: str, command: list, folder: Path, environment: dict[str, str] | None = None) -> None:
     """Run the tour: visit every environment, view and lesson; compile, record and export a law."""
     results = folder / "tour"
     results.mkdir()
     environment = environment or clean(folder / "home")
-    text = output([*words, "-m", "installed_tour", results, "all"], environment, TESTS)
+    text = output([*command, "-m", "installed_tour", results, "all"], environment, TESTS)
     check_tour(where, json.loads(text.splitlines()[-1]))
 
 
@@ -127,8 +127,8 @@ def no_home(program: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o777)
         picture = Path(folder) / "window.png"
-        words = [*other, program, "--screenshot", picture, "--seconds", "0.5"]
-        output(words, clean(Path(folder)) | {"HOME": "/nowhere"})
+        command = [*other, program, "--screenshot", picture, "--seconds", "0.5"]
+        output(command, clean(Path(folder)) | {"HOME": "/nowhere"})
         show("window without a home directory", f"{picture.stat().st_size:,} bytes of a picture")
 
 
@@ -137,11 +137,11 @@ def lab_file(program: Path, folder: Path) -> None:
     settings = folder / "xdg" / "hapkit-studio" / "lab.toml"
     settings.parent.mkdir(parents=True)
     environment = clean(folder / "home-lab", XDG_CONFIG_DIRS=str(folder / "xdg"))
-    words = [program, "run", "wall", "--device", "simulated", "--hand", "press", "--seconds", "1", "--json"]
+    command = [program, "run", "wall", "--device", "simulated", "--hand", "press", "--seconds", "1", "--json"]
     settings.write_text(LAB)
-    limited = json.loads(output(words, environment))
+    limited = json.loads(output(command, environment))
     settings.write_text(LAB.replace("1.0", "'one'"))
-    output(words, environment, code=2)
+    output(command, environment, code=2)
     show(
         "with force_limit = 1.0 in lab.toml",
         f"the loop's limit is {limited['max_force_N']:g} N; a mistake: no loop",

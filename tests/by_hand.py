@@ -49,9 +49,9 @@ class Person:
         self.wait(window.isVisible)
         self.do("windowfocus", "--sync", int(window.winId()))
 
-    def do(self, *words: object) -> None:
+    def do(self, *args: object) -> None:
         """Run one xdotool command."""
-        subprocess.run(["xdotool", *map(str, words)], check=True, timeout=30)
+        subprocess.run(["xdotool", *map(str, args)], check=True, timeout=30)
         self.pause(STEP_SECONDS)
 
     def key(self, key: str) -> None:

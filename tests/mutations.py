@@ -61,12 +61,12 @@ def fails(root: Path, mutation: Mutation) -> bool:
     """Return True if a mutation's tests fail in a copy of the project."""
     with tempfile.TemporaryDirectory() as fresh:
         cache = str(root / "cache") if mutation.area in INTERPRETED else fresh
-        words = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *mutation.tests]
-        words += ["-m", "not alone"]
+        command = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *mutation.tests]
+        command += ["-m", "not alone"]
         around = os.environ | {"NUMBA_CACHE_DIR": cache, "QT_QPA_PLATFORM": "offscreen"}
         around |= {"PYTHONPATH": str(root)}
         try:
-            done = subprocess.run(words, cwd=root, env=around, capture_output=True, timeout=SECONDS)
+            done = subprocess.run(command, cwd=root, env=around, capture_output=True, timeout=SECONDS)
         except subprocess.TimeoutExpired:
             return True
     return done.returncode == 1

@@ -22,18 +22,18 @@ def copy_with(folder: Path, path: str, text: str) -> Path:
     return folder
 
 
-def run_program(folder: Path, *words: str) -> str:
+def run_program(folder: Path, *args: str) -> str:
     """Run Python with these arguments in a copy of the project.
 
     Return its output, or fail with its last lines.
     """
     around = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    program = [sys.executable, *words]
+    program = [sys.executable, *args]
     done = subprocess.run(program, cwd=folder, env=around, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     return done.stdout
 
 
-def run_tests(folder: Path, *words: str) -> str:
+def run_tests(folder: Path, *args: str) -> str:
     """Run pytest in a copy of the project; return its output, or fail with its last lines."""
-    return run_program(folder, "-m", "pytest", "-v", "-p", "no:cacheprovider", *words)
+    return run_program(folder, "-m", "pytest", "-v", "-p", "no:cacheprovider", *args)

@@ -179,11 +179,11 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("args", "more", "words"), REFUSED, ids=[words[:40] for _, _, words in REFUSED])
-def test_invalid_runs_are_rejected(args, more, words):
+@pytest.mark.parametrize(("args", "more", "text"), REFUSED, ids=[text[:40] for _, _, text in REFUSED])
+def test_invalid_runs_are_rejected(args, more, text):
     with pytest.raises(ParameterError) as error:
         hs.simulate(*args, **more)
-    assert words in str(error.value)
+    assert text in str(error.value)
     assert "\n" not in str(error.value)
 
 

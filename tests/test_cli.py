@@ -30,19 +30,19 @@ from tests.devices.fake_board import KIT, FakeKit
 from tests.lateness import ATTEMPTS
 
 
-def run(capsys, *words):
+def run(capsys, *args):
     """Return (exit code, stdout, stderr) of a command."""
     try:
-        code = main(words)
+        code = main(args)
     except SystemExit as end:
         code = end.code
     out, err = capsys.readouterr()
     return code, out, err
 
 
-def as_json(capsys, *words):
+def as_json(capsys, *args):
     """Return the JSON object that a command prints; fail if it is not one line of standard JSON."""
-    code, out, err = run(capsys, *words, "--json")
+    code, out, err = run(capsys, *args, "--json")
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
@@ -52,13 +52,13 @@ def as_json(capsys, *words):
 
 
 def test_run_reports_as_text_and_json(capsys):
-    words = "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke"
-    words = f"{words} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
-    code, out, err = run(capsys, *words)
+    args = "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke"
+    args = f"{args} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
+    code, out, err = run(capsys, *args)
     assert (code, err) == (0, "")
     assert "wall: 2,000 samples, 1 s" in out
     assert all(unit in out for unit in (" mm", " N", " mJ"))
-    found = as_json(capsys, *words)
+    found = as_json(capsys, *args)
     assert found["environment"] == "wall"
     given = {"stiffness": 400.0, "damping": 2.0, "position": 0.005, "side": "left", "damping_mode": "both"}
     assert found["parameters"] == given
@@ -249,13 +249,13 @@ WRONG = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
-def test_invalid_input_gives_a_one_line_error(capsys, tmp_path, monkeypatch, words, says):
+@pytest.mark.parametrize(("command", "says"), WRONG, ids=[command for command, _ in WRONG])
+def test_invalid_input_gives_a_one_line_error(capsys, tmp_path, monkeypatch, command, says):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("its start"))
-    if "--csv" in words or "--plot" in words:
+    if "--csv" in command or "--plot" in command:
         monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("the device was opened"))
-    code, out, err = run(capsys, *shlex.split(words))
+    code, out, err = run(capsys, *shlex.split(command))
     assert code == 2
     assert out == ""
     assert err.count("\n") == 1
@@ -379,8 +379,8 @@ def test_an_interrupted_run_keeps_its_rows(capsys, tmp_path, monkeypatch):
         move(engine, target)
 
     monkeypatch.setattr(Engine, "move_hand", then_end)
-    words = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
-    code, out, err = run(capsys, "run", "wall", *words)
+    args = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
+    code, out, err = run(capsys, "run", "wall", *args)
     assert (code, err) == (130, "")
     assert "s of 600 s by Ctrl+C." in out
     assert len((tmp_path / "x.csv").read_text().splitlines()) > 100
@@ -399,8 +399,8 @@ def test_an_interrupted_flash_states_the_remedy(capsys, monkeypatch):
 
 def test_a_silent_board_is_reported_with_the_next_step(capsys, monkeypatch, fake_board):
     monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
-    words = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
-    code, out, err = run(capsys, "run", "wall", *words)
+    args = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
+    code, out, err = run(capsys, "run", "wall", *args)
     assert (code, out) == (2, "")
     assert "identified itself, but sent no sample for 0.2 s. Press the board's reset button" in err
 
@@ -409,13 +409,13 @@ def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
     old = encode(replace(FakeKit().hello(), version=1))
     board = fake_board(lambda message: old)
     entry = DeviceEntry(board.path, "", partial(HapkitBoard, board.path))
-    for words in (run(capsys, "check", board.path)[2], entry.make().probe()["text"]):
-        assert f"Update the firmware. Run `hapkit-studio flash {board.path}`." in words
+    for text in (run(capsys, "check", board.path)[2], entry.make().probe()["text"]):
+        assert f"Update the firmware. Run `hapkit-studio flash {board.path}`." in text
 
 
 def test_a_fault_ends_a_run_with_its_own_exit_code(capsys, monkeypatch):
-    words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
-    assert run(capsys, *words)[0] == 0
+    args = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
+    assert run(capsys, *args)[0] == 0
     fault = Fault(arrays.OVER_SPEED, "Fault: the handle moved too fast, 5.2 m/s (limit 5.0 m/s).")
     monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
     monkeypatch.setattr(Engine, "heard", False, raising=False)
@@ -426,7 +426,7 @@ def test_a_fault_ends_a_run_with_its_own_exit_code(capsys, monkeypatch):
         return play(engine, *given)
 
     monkeypatch.setattr(live_run, "play", then_fault)
-    code, out, err = run(capsys, *words)
+    code, out, err = run(capsys, *args)
     assert (code, err) == (2, "")
     assert fault.text in out
 
@@ -453,12 +453,12 @@ def test_the_board_renders_with_less_delay(capsys):
 # --- the program itself
 
 
-def program(tmp_path, *words, **changes):
+def program(tmp_path, *args, **changes):
     environment = {
         k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     }
     return subprocess.run(
-        [sys.executable, "-m", "hapkit_studio", *words],
+        [sys.executable, "-m", "hapkit_studio", *args],
         capture_output=True,
         text=True,
         timeout=120,

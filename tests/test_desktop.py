@@ -33,8 +33,8 @@ def home(tmp_path, monkeypatch):
     return tmp_path
 
 
-def answer(capsys, *words):
-    assert cli.main([*words, "--json"]) == 0, capsys.readouterr().err
+def answer(capsys, *args):
+    assert cli.main([*args, "--json"]) == 0, capsys.readouterr().err
     return json.loads(capsys.readouterr().out)
 
 
@@ -68,12 +68,12 @@ def test_the_menu_entry_starts_the_program_wherever_it_is(home, place):
     line = reader["Desktop Entry"]["Exec"]
     # the specification decodes a string's escapes first, then quotes as in a shell, then % codes
     shell = ["sh", "-c", f"printf '%s\\n' {line.replace(chr(92) * 2, chr(92))}"]
-    words = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.splitlines()
+    args = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.splitlines()
     found = [
-        re.sub("%(.)", lambda code: "%" if code[1] == "%" else "a field code", word) for word in words[:-1]
+        re.sub("%(.)", lambda code: "%" if code[1] == "%" else "a field code", word) for word in args[:-1]
     ]
     assert found == [place]
-    assert words[-1] == "%f"
+    assert args[-1] == "%f"
 
 
 FILE_TYPE = """
@@ -94,8 +94,8 @@ def test_a_session_has_its_own_file_type_by_name_and_by_content(home, capsys):
             database.execute(f"PRAGMA application_id = {number}")
             database.execute("CREATE TABLE t (x)")
     environment = os.environ | {"XDG_DATA_HOME": str(home / ".local/share")}
-    words = [sys.executable, "-c", FILE_TYPE, *map(str, (session, renamed, other))]
-    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60, check=True)
+    command = [sys.executable, "-c", FILE_TYPE, *map(str, (session, renamed, other))]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.split()[:2] == ["application/x-hapkit-session"] * 2
     assert done.stdout.split()[2] != "application/x-hapkit-session"
 
@@ -147,10 +147,10 @@ def test_where_names_the_place_in_which_qt_stores_settings(system, place):
 
 
 def test_where_names_the_file_that_qt_writes_here(home):
-    words = (
+    code = (
         "from PySide6.QtCore import QSettings; print(QSettings('hapkit-studio', 'hapkit-studio').fileName())"
     )
     done = subprocess.run(
-        [sys.executable, "-c", words], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
     )
     assert done.stdout.strip() == where.settings_place()

@@ -78,25 +78,25 @@ def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def run(words: list[str]) -> tuple[int, str, str]:
+def run(args: list[str]) -> tuple[int, str, str]:
     """Run a command in this process; return its exit code and its output.
 
     The figures of a report take 0.5 to 1 s of processor time, and sometimes 2 s beside other programs.
     Therefore a report that exceeds the time limit runs a second time.
     """
     try:
-        return run_once(words)
+        return run_once(args)
     except Hang:
-        if "report" not in words:
+        if "report" not in args:
             raise
-        return run_once(words)
+        return run_once(args)
 
 
-def run_once(words: list[str]) -> tuple[int, str, str]:
+def run_once(args: list[str]) -> tuple[int, str, str]:
     out, error = io.StringIO(), io.StringIO()
     with limited(), redirect_stdout(out), redirect_stderr(error):
         try:
-            code = main(words)
+            code = main(args)
         except SystemExit as exit:
             code = exit.code
     return code, out.getvalue(), error.getvalue()
@@ -122,13 +122,13 @@ def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
         for number, command in enumerate(COMMANDS[kind]):
             as_json = (seed + number) % 2 == 0
             places = {"folder": folder, "file": file, "out": folder / f"out{number}"}
-            words = [*(word.format(**places) for word in command), *(["--json"] if as_json else [])]
+            args = [*(word.format(**places) for word in command), *(["--json"] if as_json else [])]
             try:
-                code, out, error = run(words)
+                code, out, error = run(args)
             except (Exception, Hang) as failure:
                 wrong.append(f"{command}: {type(failure).__name__}: {failure!s:.200}")
                 continue
-            wrong += [f"{command}: {words}" for words in complaints(code, out, error, as_json)]
+            wrong += [f"{command}: {text}" for text in complaints(code, out, error, as_json)]
             if "list" in command and neighbour.stem not in out:
                 wrong.append(f"{command}: the neighbour is not listed")
         if stamp(file) != before:
@@ -136,7 +136,7 @@ def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
         if neighbour.read_bytes() != originals[kind]:
             wrong.append("the neighbour was changed")
         shutil.rmtree(folder)
-        return [f"{kind} {seed}: {words}" for words in wrong]
+        return [f"{kind} {seed}: {text}" for text in wrong]
 
     return try_one
 
@@ -183,13 +183,13 @@ def test_a_good_file_is_accepted(originals, tmp_path, kind):
 
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_some_foreign_files_give_an_answer_or_one_line(try_file, kind):
-    assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
+    assert [text for seed in foreign_files.FEW for text in try_file(kind, seed)] == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
-    found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
+    found = [text for seed in range(foreign_files.COUNTS[kind]) for text in try_file(kind, seed)]
     assert not found, "\n".join([f"{len(found)} complaints", *found])
 
 

@@ -42,20 +42,20 @@ def test_significant_digits_are_kept_without_an_exponent():
 
 
 @pytest.mark.parametrize(
-    ("frequency", "words"), [(13.51, "13.5 Hz"), (19.94, "19.9 Hz"), (19.96, "20 Hz"), (133.6, "134 Hz")]
+    ("frequency", "text"), [(13.51, "13.5 Hz"), (19.94, "19.9 Hz"), (19.96, "20 Hz"), (133.6, "134 Hz")]
 )
-def test_low_frequencies_have_a_decimal(frequency, words):
-    assert hertz(frequency) == words
+def test_low_frequencies_have_a_decimal(frequency, text):
+    assert hertz(frequency) == text
     swing = Lasting(2e-3, frequency)
-    assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f" at {words} (±2 mm)"
+    assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f" at {text} (±2 mm)"
 
 
 def test_very_small_or_large_values_are_powers_of_ten():
     assert [power_of_ten(x) for x in (2e-6, 2180.0, -3e-12)] == ["2 × 10⁻⁶", "2 × 10³", "−3 × 10⁻¹²"]
     assert [power_of_ten(x, 3) for x in (1e-6, -1e7, 2.504e8)] == ["10⁻⁶", "−10⁷", "2.5 × 10⁸"]
     numbers = (600.0, 1e0, 1e4, 999_999.0, 1e6, 1.5e6, 1e-4, 1e-5, -0.25, 0.0)
-    words = ["600", "1", "10,000", "999,999", "10⁶", "1.5 × 10⁶", "0.0001", "10⁻⁵", "−0.25", "0"]
-    assert [compact(x) for x in numbers] == words
+    texts = ["600", "1", "10,000", "999,999", "10⁶", "1.5 × 10⁶", "0.0001", "10⁻⁵", "−0.25", "0"]
+    assert [compact(x) for x in numbers] == texts
     assert [compact(x, 2, sign=True) for x in (1234.0, -1e-9, 0.0)] == ["+1,200", "−10⁻⁹", "0"]
 
 
@@ -102,8 +102,8 @@ def test_units_follow_the_number_and_length_and_time_use_display_units():
 
 
 def test_a_number_stays_on_the_line_of_its_unit_and_other_words_may_wrap():
-    words = "Calm, 36 × below the limit of 1,002 N/m at 2 N·s/m, 5 mm and 30 % in 4 more steps, 10 mixed."
-    assert unbroken(words) == (
+    text = "Calm, 36 × below the limit of 1,002 N/m at 2 N·s/m, 5 mm and 30 % in 4 more steps, 10 mixed."
+    assert unbroken(text) == (
         "Calm, 36\u00a0×\u00a0below\u00a0the\u00a0limit of 1,002\u00a0N/\u2060m at 2\u00a0N·s/\u2060m, "
         "5\u00a0mm and 30\u00a0% in 4 more steps, 10 mixed."
     )

@@ -28,14 +28,14 @@ def importing(name, *rest):
 builtins.__import__ = importing
 {first}
 from hapkit_studio.cli import main
-sys.argv[1:] = {words!r}
+sys.argv[1:] = {args!r}
 sys.exit(main())
 """
 
 
-def program(folder, *words, module="", first=""):
+def program(folder, *args, module="", first=""):
     """Run the program in a folder; return the process's result."""
-    code = PROGRAM.format(module=module, first=first, words=list(words))
+    code = PROGRAM.format(module=module, first=first, args=list(args))
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False, cwd=folder
     )
@@ -43,7 +43,7 @@ def program(folder, *words, module="", first=""):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("module", "words"),
+    ("module", "args"),
     [
         ("json", ("environments",)),
         ("numpy", ("environments",)),
@@ -55,8 +55,8 @@ def program(folder, *words, module="", first=""):
         ),  # the signal arrives during a command
     ],
 )
-def test_an_interrupt_during_imports_exits_silently(module, words, tmp_path):
-    done = program(tmp_path, *words, module=module)
+def test_an_interrupt_during_imports_exits_silently(module, args, tmp_path):
+    done = program(tmp_path, *args, module=module)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
@@ -116,9 +116,9 @@ def test_child_processes_ignore_interrupts_until_they_begin():
 @posix
 def test_ctrl_c_in_a_survey_ends_its_processes_at_once(tmp_path):
     """The signal is sent to the whole process group, as a terminal does."""
-    words = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
+    args = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
     pipe = subprocess.PIPE
-    survey = subprocess.Popen([sys.executable, *words], stdout=pipe, stderr=pipe, start_new_session=True)
+    survey = subprocess.Popen([sys.executable, *args], stdout=pipe, stderr=pipe, start_new_session=True)
     try:
         while not (tmp_path / "s.db").exists():
             assert survey.poll() is None
@@ -146,18 +146,18 @@ class Closed:
 
 
 def test_a_closed_reader_gives_a_code_without_message(monkeypatch, capsys):
-    for words in (["environments"], ["environments", "--json"], ["--help"], ["--version"]):
+    for args in (["environments"], ["environments", "--json"], ["--help"], ["--version"]):
         monkeypatch.setattr(sys, "stdout", SimpleNamespace(write=Closed().write, flush=lambda: None))
-        assert main(words) == 2
+        assert main(args) == 2
         assert capsys.readouterr().err == ""
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 def test_a_full_output_is_reported_in_a_line(monkeypatch, capsys):
-    for words in (["environments"], ["environments", "--json"], ["--help"]):
+    for args in (["environments"], ["environments", "--json"], ["--help"]):
         with open("/dev/full", "w", encoding="utf-8") as full:
             monkeypatch.setattr(sys, "stdout", full)
-            assert main(words) == 2
+            assert main(args) == 2
         assert capsys.readouterr().err == "hapkit-studio: output: No space left on device\n"
 
 
@@ -190,16 +190,16 @@ def fifo(tmp_path):
 @pytest.mark.slow
 @posix
 @pytest.mark.parametrize(
-    ("words", "begins"),
+    ("args", "begins"),
     [
         (("run", "wall", "--seconds", "0.05", "--csv"), b"# "),
         (("run", "wall", "--seconds", "0.05", "--plot"), b"\x89PNG"),
         (("export", "wall", "-o"), b"//"),
     ],
 )
-def test_a_special_file_is_written_directly_without_a_temporary_file(words, begins, fifo, tmp_path, capsys):
+def test_a_special_file_is_written_directly_without_a_temporary_file(args, begins, fifo, tmp_path, capsys):
     path, received = fifo
-    assert main([*words, str(path)]) == 0
+    assert main([*args, str(path)]) == 0
     assert received.result(timeout=60).startswith(begins)
     assert [one.name for one in tmp_path.iterdir()] == ["pipe"]
     assert f"wrote {path}\n" in capsys.readouterr().out

@@ -231,7 +231,7 @@ def test_trials_of_walls_keep_the_limit_and_restore_it(write):
     try:
         with pytest.raises(ParameterError, match=r"1\.8 N"):
             GuardedDevice(engine, TrialLimits(max_force=ABOVE * 1.8), print, print).__enter__()
-        with GuardedDevice(engine, TrialLimits(max_force=BELOW * 1.8), lambda words: None, lambda: None):
+        with GuardedDevice(engine, TrialLimits(max_force=BELOW * 1.8), lambda text: None, lambda: None):
             assert engine.max_force == BELOW * 1.8
         assert engine.max_force == 1.8
     finally:

@@ -96,9 +96,9 @@ def test_numbers_are_shown_and_read_alike_in_every_locale(qtbot, name):
 
 
 # --- errors of folders
-def one_line(capsys, *words):
+def one_line(capsys, *args):
     """Run a command that fails, and return its one line."""
-    assert cli.main(words) == cli.FAILED
+    assert cli.main(args) == cli.FAILED
     (line,) = capsys.readouterr().err.splitlines()
     return line
 
@@ -162,9 +162,9 @@ def closed(home, monkeypatch):
         if isinstance(path, str | os.PathLike) and Path(path).is_relative_to(home):
             raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    def checked_stat(path, *words, **options):
+    def checked_stat(path, *args, **options):
         denied(path)
-        return stat(path, *words, **options)
+        return stat(path, *args, **options)
 
     def checked_list(path="."):
         denied(path)

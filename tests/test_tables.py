@@ -79,7 +79,7 @@ def test_names_are_found_above_the_numbers(table, text, names):
 
 
 @pytest.mark.parametrize(
-    ("text", "names", "words"),
+    ("text", "names", "message"),
     [
         ("", (), "a.csv has 0 rows of numbers"),
         ("a;b\n", (), "a.csv has 0 rows of numbers"),
@@ -106,8 +106,8 @@ def test_names_are_found_above_the_numbers(table, text, names):
         ("1," * 40_000, (), "line 1 has 80,000 characters; the limit is 65,536"),
     ],
 )
-def test_invalid_tables_give_a_one_line_error(table, text, names, words):
-    with pytest.raises(FileError, match=words) as raised:
+def test_invalid_tables_give_a_one_line_error(table, text, names, message):
+    with pytest.raises(FileError, match=message) as raised:
         table(text).values(list(names))
     assert str(raised.value).isprintable()
 

@@ -35,8 +35,8 @@ def whole_number(value: object, name: str, least: int) -> int:
 
 
 def _shown(value: object) -> str:
-    words = " ".join(repr(value).split())
-    return words if len(words) <= 60 else words[:57] + "…"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "…"
 
 
 def bisected(holds: Callable[[float], bool], low: float, high: float, halvings: int) -> tuple[float, float]:

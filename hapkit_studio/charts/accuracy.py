@@ -295,8 +295,8 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     axes, right = figure.subplots(1, 2, width_ratios=(1.0, 0.62))
     right.set(xlim=(0.0, 1.0), ylim=(len(options) + 3.6, -0.5))
     right.set_axis_off()
-    has, words = CLOCK * 1e-6, {"size": TICK, "va": "center"}
-    right.text(0.0, 0.0, "Doubling the rate divides the error by", color=c.ink2, **words)
+    has, font = CLOCK * 1e-6, {"size": TICK, "va": "center"}
+    right.text(0.0, 0.0, "Doubling the rate divides the error by", color=c.ink2, **font)
     for row, option in enumerate(sorted(options, key=lambda o: -o.own[0][1]), 1):
         (shape, token), (cycles, errors) = option_style(option, scene), zip(*option.own, strict=True)
         color, places = getattr(c, token), [max(e, _LEAST_OWN) for e in errors]
@@ -305,9 +305,9 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
             axes.plot(1e-6 * n, error, shape, color=color, markerfacecolor=face, markersize=8.0, zorder=4)
         gain = significant(errors[0] / errors[1], 2) if errors[1] > _ROUNDING else "–"
         right.plot(0.03, row, shape, color=color, markersize=8.0)
-        right.text(0.08, row, option.method, color=c.ink, **words)
-        right.text(0.45, row, gain, color=c.ink2, **words)
-    right.text(0.0, len(options) + 2.2, OWN_KEY, color=c.ink2, **words)
+        right.text(0.08, row, option.method, color=c.ink, **font)
+        right.text(0.45, row, gain, color=c.ink2, **font)
+    right.text(0.0, len(options) + 2.2, OWN_KEY, color=c.ink2, **font)
     axes.set(xscale="log", yscale="log")
     axes.set_title("How accurate is each method by itself?", loc="left", size=TICK, color=c.ink2)
     axes.margins(0.12)
@@ -344,8 +344,8 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
     for at in (0.93, 0.95) if cut else ():  # show a break, because the bar is longer than drawn
         slash = [at * reach, (at + 0.015) * reach], [row + 0.42, row - 0.42]
         axes.plot(*slash, color=c.plot, linewidth=4.0, zorder=5)
-    words = f"{jnd(option.error)}{' →' if cut else ''}"
-    axes.text(end + 0.015 * reach, row, words, size=TICK, color=c.ink, va="center", zorder=7, weight="bold")
+    text = f"{jnd(option.error)}{' →' if cut else ''}"
+    axes.text(end + 0.015 * reach, row, text, size=TICK, color=c.ink, va="center", zorder=7, weight="bold")
     return left
 
 

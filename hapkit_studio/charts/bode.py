@@ -92,11 +92,11 @@ def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
     for axes in panels:
         axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
     soft = curve.ends == curve.softens
-    words = f"{hertz(curve.ends)}: {'71 % stiffness left' if soft else 'loop adds energy'}"
+    text = f"{hertz(curve.ends)}: {'71 % stiffness left' if soft else 'loop adds energy'}"
     # the label goes towards the middle of the axis
     near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))
     panels[_STIFFNESS if soft else _DAMPING].annotate(
-        words, (curve.ends, 1.0), (5 if near else -5, -5 - 1.3 * TICK * row), va="top",
+        text, (curve.ends, 1.0), (5 if near else -5, -5 - 1.3 * TICK * row), va="top",
         xycoords=("data", "axes fraction"), textcoords="offset points", ha="left" if near else "right",
         size=TICK, color=color, weight="bold",
     )  # fmt: skip

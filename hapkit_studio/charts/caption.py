@@ -55,7 +55,7 @@ def scene(settings: LoggedSettings, known: Known) -> str:
     if found is not None:
         environment, values = found
         unused, title = environment.unused(values), environment.title
-        words = [
+        texts = [
             f"{_lower_first(p.label)} {_value(p, values)}"
             for p in environment.parameters
             if p.key not in unused
@@ -63,8 +63,8 @@ def scene(settings: LoggedSettings, known: Known) -> str:
     else:
         title = str(settings.get("environment") or "")
         given, units = (settings.get(key, {}) for key in ("parameters", "units"))
-        words = [f"{key.replace('_', ' ')} {_raw(value, units.get(key))}" for key, value in given.items()]
-    parts = ", ".join(part.replace(" ", _SPACE) for part in words)
+        texts = [f"{key.replace('_', ' ')} {_raw(value, units.get(key))}" for key, value in given.items()]
+    parts = ", ".join(part.replace(" ", _SPACE) for part in texts)
     return f"{title}: {parts}" if parts else title
 
 
@@ -73,14 +73,14 @@ def _conditions(settings: LoggedSettings) -> list[str]:
     device, hand, grip = (settings.get(key) for key in ("device", "hand", "grip"))
     rate, delay, render = (settings.get(key) for key in ("rate_Hz", "delay_s", "render"))
     model = device.get("title") if isinstance(device, Mapping) else None
-    words = [device if isinstance(device, str) else str(model or SimulatedHapkit.title)]
-    words += [_HANDS.get(hand, f"hand: {hand}")] if isinstance(hand, str) else []
-    words += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
-    words += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []
-    words += [f"{rate:,g} Hz"] if isinstance(rate, int | float) else []
-    words += [f"delay {compact(1e3 * delay, 3)} ms"] if isinstance(delay, int | float) else []
-    words += _estimator(settings.get("estimator"))
-    return [*words, "passivity controller"] if settings.get("controller") is True else words
+    parts = [device if isinstance(device, str) else str(model or SimulatedHapkit.title)]
+    parts += [_HANDS.get(hand, f"hand: {hand}")] if isinstance(hand, str) else []
+    parts += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
+    parts += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []
+    parts += [f"{rate:,g} Hz"] if isinstance(rate, int | float) else []
+    parts += [f"delay {compact(1e3 * delay, 3)} ms"] if isinstance(delay, int | float) else []
+    parts += _estimator(settings.get("estimator"))
+    return [*parts, "passivity controller"] if settings.get("controller") is True else parts
 
 
 def _estimator(spec: Any) -> list[str]:
@@ -92,7 +92,7 @@ def _estimator(spec: Any) -> list[str]:
 def _changes(log: Log, known: Known) -> list[str]:
     """Return one line for each change; the last line gives the number of changes that do not fit."""
     changes = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
-    lines = [f"At {time:.2f} s: {words}" for time, words in changes[:_MOST_CHANGES]]
+    lines = [f"At {time:.2f} s: {text}" for time, text in changes[:_MOST_CHANGES]]
     more = len(changes) - _MOST_CHANGES
     return [*lines, f"and {more} more changes, the last at {changes[-1][0]:.2f} s"] if more > 0 else lines
 
@@ -104,13 +104,13 @@ def _change(before: LoggedSettings, after: LoggedSettings, known: Known) -> str:
     old, new = environment_of(before, known), environment_of(after, known)
     if old is None or new is None:
         return ", ".join(differences(before, after)) or "device changed"
-    words = [
+    parts = [
         f"{_lower_first(p.label)} {_old_and_new(_value(p, old[1]), _value(p, new[1]))}"
         for p in new[0].parameters
         if old[1][p.key] != new[1][p.key]
     ]
-    words += differences({**before, "parameters": {}}, {**after, "parameters": {}})
-    return ", ".join(words) or "device changed"
+    parts += differences({**before, "parameters": {}}, {**after, "parameters": {}})
+    return ", ".join(parts) or "device changed"
 
 
 def _old_and_new(old: str, new: str) -> str:
@@ -130,6 +130,6 @@ def _raw(value: Any, unit: Any) -> str:
     )
 
 
-def _lower_first(words: str) -> str:
+def _lower_first(text: str) -> str:
     """Return text with a lower-case first letter, except for names such as RK4."""
-    return words[:1].lower() + words[1:] if words[1:2].islower() else words
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text

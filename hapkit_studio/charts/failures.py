@@ -66,9 +66,9 @@ def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
     return Knob(axes, c, shown.scale) if shown.scale is not None else None
 
 
-def clauses(words: str) -> list[str]:
+def clauses(text: str) -> list[str]:
     """Split a sentence into its verdict and its additions, each without a full stop."""
-    parts = [part.strip() for part in re.split("[;,] ", words)]
+    parts = [part.strip() for part in re.split("[;,] ", text)]
     return [part[:1].upper() + part[1:] for part in parts]
 
 

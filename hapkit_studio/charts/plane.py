@@ -108,7 +108,7 @@ def _panel(axes: Any, c: style.Colors, panel: "Panel") -> None:
         token, marker = _POINTS[points.outcome]
         axes.plot(points.x, points.y, marker, color=getattr(c, token), markersize=7, label=points.label,
                   markeredgecolor=c.plot, markeredgewidth=0.8, zorder=5)  # fmt: skip
-    for x, y, words in panel.marks:
+    for x, y, text in panel.marks:
         axes.plot([x], [y], "*", color=c.hold, markersize=11, markeredgecolor=c.plot, zorder=6, clip_on=False)
-        axes.annotate(words, (x, y), (7, 3), textcoords="offset points", size=style.TICK - 2,
+        axes.annotate(text, (x, y), (7, 3), textcoords="offset points", size=style.TICK - 2,
                       color=c.ink2, path_effects=style.text_outline(c), zorder=6)  # fmt: skip

@@ -59,8 +59,8 @@ def run_figure(
     it is empty, the quantity over which the law has a curve is used. The caption contains the settings at the
     start and each change with its time.
     """
-    words = caption(run.log, known, run.date)
-    save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=words)
+    text = caption(run.log, known, run.date)
+    save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=text)
 
 
 def draw(
@@ -171,9 +171,9 @@ def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
     for level in (limit, -limit):
         if bottom < level < top:
             axes.axhline(level, color=c.danger, linestyle=DOT, linewidth=1.6, zorder=1)
-            words = f"limit {number(level, 1)} N"
+            text = f"limit {number(level, 1)} N"
             axes.annotate(
-                words, (0.0, level), (5, 3), ("axes fraction", "data"), textcoords="offset points",
+                text, (0.0, level), (5, 3), ("axes fraction", "data"), textcoords="offset points",
                 size=TICK - 1, color=c.danger,
             ).set_in_layout(False)  # fmt: skip
 
@@ -182,11 +182,11 @@ def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end:
     """Label the marks along the top; a newer label hides older labels that it overlaps."""
     right, (low, high) = end, axes.get_ylim()
     axes.set_ylim(low, high + _ROOM * (high - low) * bool(marks))
-    for when, words in reversed(marks):
-        wide = _LETTER * len(words) * (end - begin)
+    for when, text in reversed(marks):
+        wide = _LETTER * len(text) * (end - begin)
         if when + wide <= right or right == end:
             axes.annotate(
-                words, (max(min(when, end - wide), begin), 0.97), (4, 0), ("data", "axes fraction"),
+                text, (max(min(when, end - wide), begin), 0.97), (4, 0), ("data", "axes fraction"),
                 textcoords="offset points", va="top", size=TICK - 1, color=c.ink2, zorder=5,
                 bbox={"facecolor": c.plot, "alpha": 0.85, "edgecolor": "none", "pad": 1.0},
             ).set_in_layout(False)  # fmt: skip

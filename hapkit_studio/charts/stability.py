@@ -85,7 +85,7 @@ def stability_figure(
         path,
         _SIZE,
         title + plane.text,
-        style.unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
+        style.unbroken([f"{name}: {text}" for name, text in shown.lines().values()])
         + "\n"
         + style.unbroken([" ".join(pair) for pair in pairs]),
     )
@@ -105,8 +105,8 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     _regions(axes, c, measured, shown)
     style.legend(axes, c)
     figure.draw_without_rendering()  # labels can avoid artists only after these have positions
-    for words in axes.texts:
-        style.keep_clear(words, axes.lines)
+    for label in axes.texts:
+        style.keep_clear(label, axes.lines)
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
@@ -236,7 +236,7 @@ class Dot:
 
     def __init__(self, axes: Any, c: style.Colors):
         self._c, self._names = c, list(axes.texts)
-        words = {
+        font = {
             "textcoords": "offset points", "size": style.TEXT, "weight": "bold", "va": "center", "zorder": 8,
             "path_effects": style.text_outline(c), "annotation_clip": False,
         }  # fmt: skip
@@ -246,9 +246,9 @@ class Dot:
             "", (0, 0), (0, 0), zorder=7,
             arrowprops={"arrowstyle": "-|>", "linewidth": 2.2, "mutation_scale": 18, "shrinkB": 0},
         )  # fmt: skip
-        self.words = axes.annotate("", (0, 0), (0, 0), **words)
-        self._factor = axes.annotate("", (0, 0), (0, 0), **words)
-        self.artists = (self._feet, self._arrow, self._dot, self.words, self._factor)
+        self.label = axes.annotate("", (0, 0), (0, 0), **font)
+        self._factor = axes.annotate("", (0, 0), (0, 0), **font)
+        self.artists = (self._feet, self._arrow, self._dot, self.label, self._factor)
         for artist in self.artists:
             artist.set_in_layout(False)
 
@@ -268,15 +268,15 @@ class Dot:
         high = 0.75 * 72.0 * self._dot.figure.get_figheight()
         far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
         middle, ratio = (0.5 * (tip + y), factor(margin.ratio)) if far else (y, "")
-        for words, height, text in (
-            (self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"),
+        for label, height, text in (
+            (self.label, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"),
             (self._factor, middle, ratio),
         ):
-            words.set(text=text, color=color)
-            words.xy = x, height
-            lines = [line for line in words.axes.lines if line is not self._dot]
-            taken = [*self._names, *([self.words] if words is self._factor else [])]
-            style.keep_clear(words, lines, [other.get_window_extent() for other in taken])
+            label.set(text=text, color=color)
+            label.xy = x, height
+            lines = [line for line in label.axes.lines if line is not self._dot]
+            taken = [*self._names, *([self.label] if label is self._factor else [])]
+            style.keep_clear(label, lines, [other.get_window_extent() for other in taken])
         for artist in self.artists:
             artist.set_visible(dotted)
         self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)

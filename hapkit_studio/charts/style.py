@@ -54,13 +54,11 @@ def save(
     figure.get_layout_engine().set(w_pad=_PAD, h_pad=_PAD)
     letters = round(size[0] / _LETTER)
     if title:
-        words = textwrap.fill(title, round(0.47 * letters))
-        figure.suptitle(words, size=HEAD, weight="bold", color=light.ink, x=0.01, ha="left")
+        text = textwrap.fill(title, round(0.47 * letters))
+        figure.suptitle(text, size=HEAD, weight="bold", color=light.ink, x=0.01, ha="left")
     if caption:
-        words = "\n".join(
-            textwrap.fill(line, letters, break_on_hyphens=False) for line in caption.split("\n")
-        )
-        figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
+        text = "\n".join(textwrap.fill(line, letters, break_on_hyphens=False) for line in caption.split("\n"))
+        figure.supxlabel(text, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
     picture = io.BytesIO()  # save to memory first: picture writers seek, which is impossible in a pipe
     figure.savefig(picture, format=ending(path), dpi=_DPI, facecolor=light.surface)
@@ -70,7 +68,7 @@ def save(
 
 def unbroken(parts: list[str]) -> str:
     """Join conditions in a line that breaks only between conditions."""
-    return " · ".join(words.replace(" ", "\u00a0") for words in parts)
+    return " · ".join(text.replace(" ", "\u00a0") for text in parts)
 
 
 def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
@@ -143,16 +141,16 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
     lines = list(axes.lines)
     taken: list[Any] = []
     for label in sorted(labels, key=lambda label: (not label.bold, -label.y)):
-        words = axes.annotate(
+        note = axes.annotate(
             label.text, (label.x, label.y), (0.0, 0.0), textcoords="offset points", va="center", size=TICK,
             color=label.color, weight="bold" if label.bold else "normal", zorder=9, annotation_clip=False,
             arrowprops={"arrowstyle": "-", "color": label.color, "linewidth": 0.8, "visible": False},
             bbox={"facecolor": c.plot, "alpha": 0.75, "edgecolor": "none", "pad": 0.6},
         )  # fmt: skip
-        words.set_in_layout(False)
-        keep_clear(words, lines if label.bold else (), taken)
-        words.arrow_patch.set_visible(math.hypot(*words.xyann) > _FAR)
-        taken.append(words.get_window_extent())
+        note.set_in_layout(False)
+        keep_clear(note, lines if label.bold else (), taken)
+        note.arrow_patch.set_visible(math.hypot(*note.xyann) > _FAR)
+        taken.append(note.get_window_extent())
 
 
 _FAR = 20.0  # pt: a label farther from its point has a leader line
@@ -164,13 +162,13 @@ _OFFSETS = sorted(
 )
 
 
-def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
+def keep_clear(label: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
     """Place a label so that it covers no line or box; if there is no such place, put it next to its point."""
     from matplotlib.transforms import Bbox
 
-    axes, points = words.axes, words.figure.dpi / 72.0
-    frame, (_, _, width, height) = axes.get_window_extent(), words.get_window_extent().bounds
-    x, y = axes.transData.transform(words.xy)
+    axes, points = label.axes, label.figure.dpi / 72.0
+    frame, (_, _, width, height) = axes.get_window_extent(), label.get_window_extent().bounds
+    x, y = axes.transData.transform(label.xy)
     paths = [line.get_path().transformed(line.get_transform()) for line in lines if line.get_visible()]
 
     def free(away: tuple[int, int]) -> bool:
@@ -181,8 +179,8 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
         crossed = inside and any(path.intersects_bbox(wide, filled=False) for path in paths)
         return inside and not crossed and not box.count_overlaps(taken)
 
-    words.xyann = next(filter(free, _OFFSETS), _OFFSETS[0])
-    words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")
+    label.xyann = next(filter(free, _OFFSETS), _OFFSETS[0])
+    label.set(horizontalalignment="left" if label.xyann[0] > 0 else "right")
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:

@@ -68,25 +68,25 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for clamped, words in (
+    for clamped, text in (
         (False, "handle rests at all walls up to here"),
         (True, "handle rests at all walls up to here, motor at its limit"),
     ):
         if any(p.clamped == clamped for p in points):
             axes.plot(
                 *zip(*((b, p.stiffness) for b, p in walls.points if p.clamped == clamped), strict=True),
-                "o", color=c.position, label=words, markersize=9,
+                "o", color=c.position, label=text, markersize=9,
                 markeredgewidth=2.0, markerfacecolor=c.plot if clamped else c.position, zorder=4,
             )  # fmt: skip
     bands = [(b, p.stiffness, p.last_held) for b, p in walls.points if p.band]
     if bands:
-        words = "rests at some walls, buzzes at others"
+        text = "rests at some walls, buzzes at others"
         axes.vlines(
-            *zip(*bands, strict=True), color=c.warn, linewidth=_BAND, alpha=0.6, label=words, zorder=3.5
+            *zip(*bands, strict=True), color=c.warn, linewidth=_BAND, alpha=0.6, label=text, zorder=3.5
         )
     if np.isfinite(walls.curve).any():
-        words = "exact boundary without friction and sensor steps"
-        axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)
+        text = "exact boundary without friction and sensor steps"
+        axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=text)
     if walls.tried is not None:
         axes.plot(*tried, "o", markersize=14, color="none", markeredgecolor=c.accent, markeredgewidth=2.2)
     if walls.buzzes:

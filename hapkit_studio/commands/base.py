@@ -150,8 +150,8 @@ SETTING = {
 _USUAL = LoopSettings()
 SETTING_OPTIONS = (
     *(
-        option(f"--{name}", type=float, metavar=unit, help=f"{words}; {getattr(_USUAL, name):g}")
-        for name, (unit, words) in SETTING.items()
+        option(f"--{name}", type=float, metavar=unit, help=f"{label}; {getattr(_USUAL, name):g}")
+        for name, (unit, label) in SETTING.items()
     ),
     option("--estimator", metavar="NAME", help=ESTIMATOR_HELP),
     option("--hand", metavar="GRIP", help=", ".join(GRIPS)),

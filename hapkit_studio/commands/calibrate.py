@@ -56,8 +56,8 @@ def run(options: argparse.Namespace) -> Result:
     notes = {"Strength": strength.text} if strength else {}
     written = str(calibration_file.write(profiles.of_settings(settings), notes)) if options.write else ""
     numbers = {f.name: getattr(settings, f.name) for f in Board.layout()}
-    words = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}
-    found = {**numbers, **words, "origin": Origin(settings.origin).name, "written": written}
+    names = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}
+    found = {**numbers, **names, "origin": Origin(settings.origin).name, "written": written}
     more = {"strength": asdict(strength)} if strength else {}
     return Result("\n".join([*notes.values(), _text(settings, written)]), found | more)
 
@@ -106,7 +106,7 @@ def _text(settings: Settings, written: str) -> str:
         if name != "table" or board.motor_map == MotorMap.TABLE
     ]
     rows.append(("Settings are", calibration_file.ORIGINS[Origin(settings.origin)]))
-    lines = [f"{words:<34} {value}" for words, value in rows]
+    lines = [f"{label:<34} {value}" for label, value in rows]
     return "\n".join(lines + ([f"wrote {written}"] if written else []))
 
 

@@ -37,8 +37,8 @@ def run(options: argparse.Namespace) -> base.Result:
     spec = base.estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
     verdict = on_board.sketch_verdict(found, values, kit.board, rate, spec)
-    words = on_board.sketch_text(verdict, rate)
-    text = sketch.text(found, values, kit, rate, spec, options.prints, words)
+    warning = on_board.sketch_text(verdict, rate)
+    text = sketch.text(found, values, kit, rate, spec, options.prints, warning)
     path = sketch.write_sketch(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
     numbers = {
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> base.Result:
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
     drifts = [str(remark) for remark in found.force.remarks]
-    lines = "\n".join([lines, words, *drifts, *switched_off(found)])
+    lines = "\n".join([lines, warning, *drifts, *switched_off(found)])
     return base.Result(lines, {"environment": found.key, **numbers})
 
 

@@ -125,11 +125,11 @@ def _write_review(options: argparse.Namespace, handed: HandedIn, lesson: Lesson)
 _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<text>.*)")
 
 
-def _comment(words: str) -> Comment:
+def _comment(text: str) -> Comment:
     """Return the comment in a text; a text may begin with its time or step: "12.5 s:" or "step 2:"."""
-    found = _PLACE.fullmatch(words.strip())
+    found = _PLACE.fullmatch(text.strip())
     if found is None:
-        return Comment(words.strip())
+        return Comment(text.strip())
     time, step = found["time"], found["step"]
     return Comment(found["text"], float(time) if time else None, int(step) if step else None)
 

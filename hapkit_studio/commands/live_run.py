@@ -128,8 +128,8 @@ def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = Non
                 fault_text(fault) if fault else f"{engine.device.title} is disconnected. {_AGAIN}"
             )
         if time.monotonic() > limit:
-            words = f"{engine.device.title} did not start to render within {_PATIENCE:g} s. {_AGAIN}"
-            raise late or DeviceError(words)
+            text = f"{engine.device.title} did not start to render within {_PATIENCE:g} s. {_AGAIN}"
+            raise late or DeviceError(text)
         time.sleep(0.01)
 
 
@@ -162,9 +162,9 @@ def print_link_warning(engine: Engine) -> Callable[[float], None]:
         if done or (now < _MEASURING and (delay is None or delay.total < _FEWEST_DELAYS)):
             return
         done = True
-        words = "" if _is_final(engine.fault) else on_board.link_warning(engine)
-        if words:
-            print(printable(words), file=sys.stderr, flush=True)
+        text = "" if _is_final(engine.fault) else on_board.link_warning(engine)
+        if text:
+            print(printable(text), file=sys.stderr, flush=True)
 
     return watch
 

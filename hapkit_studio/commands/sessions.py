@@ -124,9 +124,9 @@ def _named(options: argparse.Namespace) -> Path:
 def _line(session: Session) -> str:
     settings = session.latest(SETTINGS)
     rate = f"{settings.get('rate_Hz', 0.0):,g} Hz"
-    words = [f"{session.seconds:,.1f} s", f"{session.counts.sum():,} samples", rate]
-    words += [settings.get("environment", ""), session.latest(ABOUT).get("device", "")]
-    return ", ".join(word for word in words if word)
+    parts = [f"{session.seconds:,.1f} s", f"{session.counts.sum():,} samples", rate]
+    parts += [settings.get("environment", ""), session.latest(ABOUT).get("device", "")]
+    return ", ".join(word for word in parts if word)
 
 
 def _remarks(session: Session | Overview) -> list[str]:

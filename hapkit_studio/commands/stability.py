@@ -111,8 +111,8 @@ def _text(found: Plane, seconds: float | None) -> str:
         classes = found.cells.classes
         verbs = ("decay", "stay bounded" if found.cells.controller else "buzz", "grow")
         counts = np.bincount(classes.ravel().astype(int), minlength=len(verbs))
-        words = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, verbs, strict=True))
-        lines.append(f"{classes.size:,} cells: {words}")
+        text = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, verbs, strict=True))
+        lines.append(f"{classes.size:,} cells: {text}")
     return "\n".join(lines)
 
 

@@ -176,12 +176,10 @@ class Output:
                 "Choose the Hapkit's port."
             )
         if self.stage == CONNECTING:
-            for pattern, words in _PORT:
+            for pattern, text in _PORT:
                 if pattern.search(self.text):
-                    return words(port)
-        errors = [
-            words.strip().rstrip(".") for pair in _ANY_ERROR.findall(self.text) for words in pair if words
-        ]
+                    return text(port)
+        errors = [text.strip().rstrip(".") for pair in _ANY_ERROR.findall(self.text) for text in pair if text]
         return FlashError(f"avrdude failed on {': '.join([name, *errors[-1:]])}. {_AGAIN}")
 
 

@@ -136,7 +136,7 @@ def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
         return tuple(checked_integer(part, f"{place}[{at}]", *wire.limits) for at, part in parts)
     number = checked_integer(value, place, *wire.limits)
     if wire.name in _CHOICES and number not in _CHOICES[wire.name][1]:
-        known = ", ".join(f"{option:d} ({words})" for option, words in _CHOICES[wire.name][1].items())
+        known = ", ".join(f"{option:d} ({label})" for option, label in _CHOICES[wire.name][1].items())
         raise FileError(f"{place} is {number}; it must be one of {known}.")
     return number
 
@@ -144,7 +144,7 @@ def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
 def _text(board: Board, notes: dict[str, str], written: str) -> str:
     lines = ["# A calibrated Hapkit. Write it to a board with: hapkit-studio calibrate PORT --from FILE"]
     lines.append(f"# Written on {written}")
-    lines += [f"# {step}: {words}" for step, words in notes.items()]
+    lines += [f"# {step}: {note}" for step, note in notes.items()]
     lines += ["", "[board]"]
     for field in Board.layout():
         unit = f"{field.unit.replace('*', '·')}: " if field.unit else ""

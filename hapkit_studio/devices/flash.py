@@ -131,9 +131,9 @@ def flash(
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
     for speed in speeds * ROUNDS:
-        words = [*found.command, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
+        command = [*found.command, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
         output = Output(progress)
-        if _run([*words, "-U", f"flash:w:{path}:i"], port, output) == 0:
+        if _run([*command, "-U", f"flash:w:{path}:i"], port, output) == 0:
             return Flashed(len(data), speed, time.monotonic() - begin)
         if not output.no_sync:
             raise output.error(port)
@@ -175,11 +175,11 @@ def try_port(port: str) -> None:
         raise not_there(port) if isinstance(reason, PortGoneError) else reason from error
 
 
-def _run(words: list[str], port: str, output: Output) -> int:
+def _run(command: list[str], port: str, output: Output) -> int:
     """Run avrdude until it ends or an attempt fails; return its exit code."""
     try:
         child = subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
     except OSError as error:
         raise FlashError(f"avrdude cannot be started: {error.strerror}.") from error

@@ -100,7 +100,7 @@ class HapkitBoard(Device):
         self.title = title or f"Hapkit on {port_name(self.port)}"
         self.identity = identity
         self.latency = Latency()
-        self._report: Callable[[str], object] = lambda words: None
+        self._report: Callable[[str], object] = lambda text: None
         self._serial: Any = None
         self._hello: Hello | None = None
 
@@ -358,12 +358,12 @@ def _checked(body: bytes, port: str) -> Hello:
     """Return the Hello in a body if version, size and numbers are valid; otherwise raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
-        words = (
+        text = (
             f"The firmware has protocol version {version}, but this studio needs version {PROTOCOL_VERSION}."
         )
         if version < PROTOCOL_VERSION:
-            raise WrongProtocolError(f"{words} Update the firmware.", step="update")
-        raise WrongProtocolError(f"{words} Update Hapkit Studio.")
+            raise WrongProtocolError(f"{text} Update the firmware.", step="update")
+        raise WrongProtocolError(f"{text} Update Hapkit Studio.")
     try:
         hello = Hello.unpack(body)
     except ValueError as error:
@@ -373,8 +373,8 @@ def _checked(body: bytes, port: str) -> Hello:
         value = getattr(hello, wire.name)
         if wire.name in _POSSIBLE and not np.float32(low) <= value <= np.float32(high):
             possible = f"a Hapkit has {low:,g} to {high:,g} {wire.unit}".rstrip()
-            words = f"{port_name(port)} reports {value:,g} for {wire.help}, but {possible}."
-            raise NotAHapkitError(f"{words} Flash the firmware.", step=FLASH)
+            text = f"{port_name(port)} reports {value:,g} for {wire.help}, but {possible}."
+            raise NotAHapkitError(f"{text} Flash the firmware.", step=FLASH)
     return hello
 
 
@@ -396,16 +396,16 @@ DEVICE = DeviceKind(2, entries, unlisted)
 
 def _answers(board: HapkitBoard) -> dict[str, Any]:
     hello, latency = board.hello, board.latency
-    words = [f"Firmware {hello.build}, version {hello.version}, {hello.arena} bytes of memory for a law"]
+    parts = [f"Firmware {hello.build}, version {hello.version}, {hello.arena} bytes of memory for a law"]
     found: dict[str, Any] = {"ok": True, "port": board.port, "build": hello.build, "version": hello.version}
     found |= {"arena": hello.arena, "rate_Hz": board.rate, "latency_timer_s": latency.timer}
     try:
         settings = board.settings()
         kit = f"Kit {settings.label!r}, {1e6 * settings.quantum:.1f} µm of travel per count"
-        words.append(f"{kit}, force limit {settings.max_force:.1f} N")
-        words.append(f"Settings are {ORIGINS[Origin(settings.origin)]}")
+        parts.append(f"{kit}, force limit {settings.max_force:.1f} N")
+        parts.append(f"Settings are {ORIGINS[Origin(settings.origin)]}")
         found["settings"] = {f.name: getattr(settings, f.name) for f in Board.layout()}
         found["settings"]["origin"] = Origin(settings.origin).name.lower()
     except DeviceError as error:
-        words.append(str(error).rstrip("."))
-    return found | {"text": " ".join(f"{line}." for line in words) + f" {latency.text}".rstrip()}
+        parts.append(str(error).rstrip("."))
+    return found | {"text": " ".join(f"{line}." for line in parts) + f" {latency.text}".rstrip()}

@@ -97,12 +97,12 @@ def busy(port: str, by: str = "") -> PortBusyError:
 
 def forbidden(port: str) -> PortPermissionError:
     """Return the error for a port without permission, with the command that grants permission."""
-    words, command = permission_remedy(port, serial_ports.at(port))
+    text, command = permission_remedy(port, serial_ports.at(port))
     title = f"You have no permission to open {port_name(port)}."
     if not command:
-        return PortPermissionError(f"{title} {words}")
-    full = f"{title} Run `{command}`. {words}"
-    brief = full if len(full) < _BANNER else f"{title} Copy the command and run it in a terminal. {words}"
+        return PortPermissionError(f"{title} {text}")
+    full = f"{title} Run `{command}`. {text}"
+    brief = full if len(full) < _BANNER else f"{title} Copy the command and run it in a terminal. {text}"
     return PortPermissionError(full, brief=brief, command=command)
 
 

@@ -124,7 +124,7 @@ def _port(info: Any) -> Port:
     identity = Identity(info.vid, info.pid, info.serial_number or "", info.location or "")
     said = info.product or (info.description or "").replace("n/a", "")
     text = f"{info.device} {said}".lower()
-    named = next((words for part, words in _NAMES.items() if part in text), None)
+    named = next((label for part, label in _NAMES.items() if part in text), None)
     chip = _BY_NUMBERS.get((info.vid, info.pid)) or _BY_NUMBERS.get((info.vid, None))
     if named is not None and not (chip and chip.role is Role.KIT):
         return Port(info.device, named, Role.OTHER, identity)

@@ -33,7 +33,7 @@ class BoardProgram:
     message.
     """
 
-    def __init__(self, words: Sequence[str]):
+    def __init__(self, command: Sequence[str]):
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._rest = b""
         self._summary = ""
@@ -41,7 +41,7 @@ class BoardProgram:
         try:
             with interrupts.deferred():  # Ctrl+C goes to the studio, which stops the motor first
                 self._child = subprocess.Popen(
-                    words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
+                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
                 )
         except OSError as error:
             self._errors.close()
@@ -170,9 +170,9 @@ class VirtualBoard(HapkitBoard):
                 f"The mode of the virtual board must be one of {', '.join(MODES)}, not {mode!r}."
             )
         self.summary: dict[str, Any] = {}
-        self._words = [f"--{mode}", "--control", *options]
-        self._words += ["--log", os.fspath(log)] if log else []
-        self._words += ["--script", os.fspath(script)] if script else []
+        self._options = [f"--{mode}", "--control", *options]
+        self._options += ["--log", os.fspath(log)] if log else []
+        self._options += ["--script", os.fspath(script)] if script else []
         self._firmware = firmware
         self._program: BoardProgram | None = None
         self._grip: Grip | None = grip_named("medium")
@@ -205,8 +205,8 @@ class VirtualBoard(HapkitBoard):
         """Start the program without opening its port; raise DeviceError if this fails."""
         if not program().is_file():
             raise DeviceError("The virtual board is not built. Run `make firmware`, then try again.")
-        words = [os.fspath(program()), os.fspath(self._firmware or firmware()), *self._words]
-        self._program = BoardProgram(words)
+        command = [os.fspath(program()), os.fspath(self._firmware or firmware()), *self._options]
+        self._program = BoardProgram(command)
         try:
             self.port = self._program.reply("port")
         except DeviceError:

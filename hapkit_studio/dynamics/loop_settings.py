@@ -190,8 +190,8 @@ def estimator_texts(spec: Spec) -> tuple[str, str]:
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]
     given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
-    words = [f"{p.label.lower()} {options[p.key]:,g} {p.unit}".rstrip() for p in method.parameters]
-    return given, ", ".join([method.label, *words])
+    parts = [f"{p.label.lower()} {options[p.key]:,g} {p.unit}".rstrip() for p in method.parameters]
+    return given, ", ".join([method.label, *parts])
 
 
 # --- one schema for window state, undo, presets, demos, sessions and headers of tables

@@ -106,8 +106,8 @@ def _options(**defaults: float) -> tuple[Parameter, ...]:
     """Return a model's options besides its friction levels; options that are not in _UNITS are speeds."""
     found = []
     for key, default in defaults.items():
-        words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
-        found.append(Parameter(key, words, _UNITS.get(key, "m/s"), default, low, HUGE))
+        label, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
+        found.append(Parameter(key, label, _UNITS.get(key, "m/s"), default, low, HUGE))
     return tuple(found)
 
 

@@ -28,7 +28,7 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 
 def integrator(what: str) -> Choice:
     """Return the parameter that selects the integrator of an object's motion."""
-    words = (
+    text = (
         f"Method that computes the {what}'s motion step by step. Explicit Euler and Lecture's rule "
         "(averages of old and new values) add energy in each step; Implicit Euler takes energy away."
     )
@@ -37,7 +37,7 @@ def integrator(what: str) -> Choice:
         "Integrator",
         INTEGRATORS,
         "semi_implicit",
-        words,
+        text,
         labels=LABELS,
         method=True,
         exact="exact",

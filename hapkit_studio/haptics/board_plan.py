@@ -266,8 +266,8 @@ _REFUSED: dict[int, str] = {
 def refusal_text(why: int) -> str:
     """Return one line that says why a board refuses a law."""
     name = Refusal(why).name.lower().replace("_", " ") if why in list(Refusal) else f"reason {why}"
-    words = _REFUSED.get(why, f"The board refuses this law ({name})")
-    return f"{words}. The computer renders instead."
+    text = _REFUSED.get(why, f"The board refuses this law ({name})")
+    return f"{text}. The computer renders instead."
 
 
 def check_rate(request: float | None) -> None:

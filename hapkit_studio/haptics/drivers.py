@@ -89,8 +89,8 @@ class SerialDriver(Driver):
             self.device.start_stream()
         self._loop(r, out, late)
         if self.conn.state.quiet >= link.GONE_AFTER:
-            words = silent(self.device.name, link.GONE_AFTER)
-            raise DeviceError(f"{words} The force is zero. Trying to reconnect every second.")
+            text = silent(self.device.name, link.GONE_AFTER)
+            raise DeviceError(f"{text} The force is zero. Trying to reconnect every second.")
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         serial_loop.run(r, self.conn, out, late, self.device.fileno())

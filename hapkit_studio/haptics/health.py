@@ -77,9 +77,9 @@ class LinkCounts:
 
 def count_link(control: Record) -> LinkCounts:
     """Return the loop's counters."""
-    words = control.lost_frames, control.crc_errors, control.board_errors, control.stale_forces
+    counts = control.lost_frames, control.crc_errors, control.board_errors, control.stale_forces
     causes = (int(control.stale_causes[cause]) for cause in arrays.CAUSES)
-    return LinkCounts(*(int(word[0]) for word in words), *causes)
+    return LinkCounts(*(int(word[0]) for word in counts), *causes)
 
 
 @dataclass(frozen=True)

@@ -182,8 +182,8 @@ class _Writer:
             case t.Return(value):
                 return f"return {self.text(value)};"
             case t.Leave(_, moves):
-                words = ", ".join(self.text(m.value) for m in moves)
-                return f"return {words};" if len(moves) == 1 else f"return {{{words}}};"
+                values = ", ".join(self.text(m.value) for m in moves)
+                return f"return {values};" if len(moves) == 1 else f"return {{{values}}};"
             case t.Break():
                 return "break;"
             case t.Continue():
@@ -240,15 +240,15 @@ class _Writer:
 
     def text(self, value: t.Expr, level: int = 0) -> str:
         """Return an expression as text, in parentheses if its precedence is below ``level``."""
-        words, own = self.value(value)
-        return words if own >= level else f"({words})"
+        code, own = self.value(value)
+        return code if own >= level else f"({code})"
 
     def value(self, value: t.Expr) -> tuple[str, int]:
         """Return an expression as text, and its precedence."""
         match value:
             case t.Num():
-                words = number(value.value)
-                return words, _SIGN if words.startswith("-") else _ATOM
+                code = number(value.value)
+                return code, _SIGN if code.startswith("-") else _ATOM
             case t.Var(name) if name in self.truths:
                 return f"{mangled(name)} ? 1.0f : 0.0f", _LEVELS["?"]
             case t.Var(name):
@@ -266,15 +266,15 @@ class _Writer:
                 )
             case t.Select(test, yes, no):
                 one, level = self.test(test)
-                words = one if level > _LEVELS["?"] else f"({one})"
-                return f"{words} ? {self.text(yes, 2)} : {self.text(no, 2)}", _LEVELS["?"]
+                code = one if level > _LEVELS["?"] else f"({one})"
+                return f"{code} ? {self.text(yes, 2)} : {self.text(no, 2)}", _LEVELS["?"]
             case t.Op("+" | "-" as name, (left, right)):
                 return f"{self.text(left, _SUM)} {name} {self.text(right, _PRODUCT)}", _SUM
             case t.Op("*" | "/" as name, (left, right)):
                 return f"{self.text(left, _PRODUCT)} {name} {self.text(right, _SIGN)}", _PRODUCT
             case t.Op("neg", (operand,)):
-                words = self.text(operand, _SIGN)
-                return f"-({words})" if words.startswith("-") else f"-{words}", _SIGN
+                code = self.text(operand, _SIGN)
+                return f"-({code})" if code.startswith("-") else f"-{code}", _SIGN
             case t.Op("**", (t.Var() as base, t.Num(value=2.0))):
                 return f"{self.text(base)} * {self.text(base)}", _PRODUCT
             case t.Op(name, args) if name.startswith("."):
@@ -305,8 +305,8 @@ class _Writer:
             case t.Not(t.Compare("==" | "!=" as op, left, right)) if not self.is_truth(left):
                 return self.test(t.Compare("!=" if op == "==" else "==", left, right))
             case t.Not(inner):
-                words, level = self.test(inner)
-                return f"!{words}" if level == _ATOM else f"!({words})", _SIGN
+                code, level = self.test(inner)
+                return f"!{code}" if level == _ATOM else f"!({code})", _SIGN
         raise AssertionError(test)
 
 
@@ -345,8 +345,8 @@ def number(value: float) -> str:
 
 def comment(text: str | None, width: int = WIDTH) -> list[str]:
     """Return the first paragraph of a docstring as comment lines."""
-    words = " ".join((text or "").split("\n\n")[0].replace("\\", " ").split())
-    return textwrap.wrap(words, width, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
+    line = " ".join((text or "").split("\n\n")[0].replace("\\", " ").split())
+    return textwrap.wrap(line, width, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
 
 
 def wrapped(line: str) -> list[str]:

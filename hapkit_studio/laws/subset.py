@@ -169,5 +169,5 @@ def check_comparison(node: ast.Compare) -> None:
 
 def refuse(node: ast.AST) -> LawError:
     """Return the error for a node type outside the law language."""
-    message = next(words for kind, words in _INSTEAD.items() if isinstance(node, kind))
+    message = next(text for kind, text in _INSTEAD.items() if isinstance(node, kind))
     return fail(node, message.format(type(node).__name__.lower()))

@@ -164,8 +164,8 @@ class Names:
     def state(self, node: ast.Attribute) -> tuple[int, int]:
         if node.attr not in self.places:
             known = ", ".join(self.places) or "none"
-            words = f"'s.{node.attr}' is not a state of this law; available: {known}"
-            raise fail(node, f'{words}. Add it above the law: `@law(state={{"{node.attr}": 0.0}})`')
+            text = f"'s.{node.attr}' is not a state of this law; available: {known}"
+            raise fail(node, f'{text}. Add it above the law: `@law(state={{"{node.attr}": 0.0}})`')
         return self.places[node.attr]
 
 
@@ -604,10 +604,10 @@ class Rewriter(ast.NodeTransformer):
             return
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
-            words = (
+            text = (
                 f"pass the values that the function needs from `{node.id}`, as in `{name}({node.id}.{one})`"
             )
-            raise fail(node, f"the arguments of a helper function must be numbers: {words}")
+            raise fail(node, f"the arguments of a helper function must be numbers: {text}")
         if self._is_table(node):
             raise fail(
                 node,

@@ -71,18 +71,18 @@ def evaluate(check: Check, samples: Samples) -> Result:
             if tried >= _MOST_TRIED:
                 break
             tried += 1
-            reached, words = _reached(check, entry, part)
-            if words:
+            reached, text = _reached(check, entry, part)
+            if text:
                 if short is None or reached > short[0]:
-                    short = reached, words
+                    short = reached, text
                 continue
             try:
                 return judge(check, entry.compute(part, check.between), part)
             except NotMeasured as error:
                 advice = advice or (part, str(error))
     if advice is not None:
-        part, words = advice
-        return Result(WAITING, words, start=float(part.time[0]), stop=float(part.time[-1]))
+        part, text = advice
+        return Result(WAITING, text, start=float(part.time[0]), stop=float(part.time[-1]))
     if short is not None:
         return Result(WAITING, short[1])
     return Result(WAITING, setting or _nothing(check, entry))
@@ -104,8 +104,8 @@ def judge(check: Check, found: Measured, part: Samples) -> Result:
     """Compare a measured value with the check's expectation."""
     entry = MEASUREMENTS[check.measure]
     measured = f"{entry.label}: {entry.interval_text(found)}."
-    state, words = _verdict(check, entry, found, part)
-    text = f"{measured} {words}"
+    state, message = _verdict(check, entry, found, part)
+    text = f"{measured} {message}"
     if state == WRONG and check.wrong:
         text = f"{text} {check.wrong}"
     return Result(
@@ -122,8 +122,8 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
         if high is not None and not value <= high:
             return WRONG, f"At most {entry.text(high)} is allowed."
         limits = {"at least": low, "at most": high}
-        words = [f"{name} {entry.text(limit)}" for name, limit in limits.items() if limit is not None]
-        return CORRECT, f"This is correct: the value had to be {' and '.join(words)}."
+        texts = [f"{name} {entry.text(limit)}" for name, limit in limits.items() if limit is not None]
+        return CORRECT, f"This is correct: the value had to be {' and '.join(texts)}."
     wanted, source = _wanted(check, part)
     tolerance = (
         check.tolerance if check.tolerance is not None else 0.01 * (check.percent or 0.0) * abs(wanted)
@@ -160,8 +160,8 @@ def _wrong_setting(check: Check, part: Samples) -> str:
         parameter = parameters.get(key)
         if isinstance(parameter, Choice):
             if parameter.text(values[key]) != wanted:
-                words = [parameter.phrase(value) for value in (values[key], parameter.check(wanted))]
-                return "{} is {}. Choose {}.".format(parameter.label, *words)
+                texts = [parameter.phrase(value) for value in (values[key], parameter.check(wanted))]
+                return "{} is {}. Choose {}.".format(parameter.label, *texts)
             continue
         label, unit, now = _setting(part, key, values, parameter)
         if isinstance(wanted, str):
@@ -250,13 +250,13 @@ def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, st
     needs = dict(check.needs)
     if entry.intervals not in (PASS,) and not (entry.intervals in (PRESS, TOUCH) and part.depth is not None):
         needs.setdefault("seconds", _ENOUGH * (check.seconds or entry.seconds))
-    worst, words = math.inf, ""
+    worst, text = math.inf, ""
     for name, least in needs.items():
         value = NEEDS[name].compute(part) if len(part) > 1 else 0.0
         share = value / least if least > 0.0 else math.inf
         if share < min(worst, 1.0):
-            worst, words = share, NEEDS[name].short(value, least)
-    return worst, words
+            worst, text = share, NEEDS[name].short(value, least)
+    return worst, text
 
 
 def _nothing(check: Check, entry: Measurement) -> str:

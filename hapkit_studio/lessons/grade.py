@@ -70,7 +70,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
     if lesson is None:
         reason = f"There is no lesson {handed.lesson}. Name the folder that holds it with --folder."
         return [Row(*head, "", "", "", DAMAGED, reason)]
-    found = [Row(*head, "", "", "", DAMAGED, words) for words in handed.damage]
+    found = [Row(*head, "", "", "", DAMAGED, text) for text in handed.damage]
     for number, _, task in lesson.tasks():
         value, state, reason = graded(task, handed)
         if handed.stamp != lesson.stamp and state not in (CORRECT, "review"):
@@ -86,13 +86,13 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
     if answer is None:
         return "", MISSING, "This task is not answered."
     if isinstance(task, Question):
-        state, words = task.judge(answer.given)
+        state, text = task.judge(answer.given)
         value = f"{answer.given} {task.unit}".strip()
         if not answer.given.strip():
-            return "", MISSING, words
+            return "", MISSING, text
         if state != answer.result.state:
-            return value, EDITED, f"The file says {answer.result.state}, but the answer is {state}: {words}"
-        return value, state, words
+            return value, EDITED, f"The file says {answer.result.state}, but the answer is {state}: {text}"
+        return value, state, text
     if not math.isfinite(answer.result.start):
         return "", MISSING, answer.result.text
     part = handed.samples.between(answer.result.start, answer.result.stop)
@@ -155,9 +155,9 @@ def summary(rows: Sequence[Row]) -> str:
     files = {row.file for row in rows}
     tasks = [row for row in rows if row.task]
     right = sum(row.state == CORRECT for row in tasks)
-    words = f"{len(files)} file{'s' * (len(files) != 1)}, {right:,} of {len(tasks):,} tasks correct."
+    text = f"{len(files)} file{'s' * (len(files) != 1)}, {right:,} of {len(tasks):,} tasks correct."
     for state in (EDITED, DAMAGED):
         names = sorted({row.file for row in rows if row.state == state})
         if names:
-            words += f" {state.capitalize()}: {', '.join(map(printable, names))}."
-    return words
+            text += f" {state.capitalize()}: {', '.join(map(printable, names))}."
+    return text

@@ -223,5 +223,5 @@ class Lesson:
             "check": kinds.count(Check),
             "question": kinds.count(Question),
         }
-        words = [f"{count} {name}{'s' if count != 1 else ''}" for name, count in counts.items()]
-        return ", ".join([*words, f"{number(self.minutes, 0)} min"])
+        parts = [f"{count} {name}{'s' if count != 1 else ''}" for name, count in counts.items()]
+        return ", ".join([*parts, f"{number(self.minutes, 0)} min"])

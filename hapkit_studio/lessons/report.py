@@ -51,7 +51,7 @@ def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hid
         body += _step(step, handed, missing)
     body += _experiments(handed)
     if missing:
-        rows = "".join(f"<li>{_text(words)}</li>" for words in missing)
+        rows = "".join(f"<li>{_text(text)}</li>" for text in missing)
         body.append(f"<h2>Not measured</h2><ul>{rows}</ul>")
     if reviews.found or reviews.errors:
         body += _reviews(hidden_names(reviews) if hidden else reviews, lesson)
@@ -90,8 +90,8 @@ def _experiments(handed: HandedIn) -> Iterator[str]:
         yield "<h2>Pointing with friction</h2>"
         yield f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
         yield _drawn(lambda path: pointing_figure(lines, path), "")
-    for words in found.remarks:
-        yield f'<p class="task edited"><span class="state">edited</span> {_text(words)}</p>'
+    for text in found.remarks:
+        yield f'<p class="task edited"><span class="state">edited</span> {_text(text)}</p>'
     if found.comparisons:
         yield "<h2>Just-noticeable difference</h2>"
     for one in found.thresholds:
@@ -119,11 +119,11 @@ def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
             step = f", {titles[comment.step]}" if comment.time is None and comment.step in titles else ""
             place = f", {comment.place}{step}" if comment.place else ""
             yield f'<p><span class="soft">{_text(one.reviewer + place)}:</span> {_text(comment.text)}</p>'
-        for words in one.replies:
+        for line in one.replies:
             to = f"Reply to {one.reviewer}:"
-            yield f'<p class="task"><span class="soft">{_text(to)}</span> {_text(words)}</p>'
-    for words in reviews.errors:
-        yield f'<p class="task damaged"><span class="state">damaged</span> {_text(words)}</p>'
+            yield f'<p class="task"><span class="soft">{_text(to)}</span> {_text(line)}</p>'
+    for line in reviews.errors:
+        yield f'<p class="task damaged"><span class="state">damaged</span> {_text(line)}</p>'
 
 
 def _given(review: Review, criterion: str, most: int) -> str:
@@ -171,18 +171,18 @@ def _task(state: str, title: str, given: str, reason: str) -> str:
 def _figure(part: Samples, over: str, caption: str) -> str:
     """Return the interval's figure as inline SVG; its caption contains the settings."""
     thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
-    words = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
+    text = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
     over = "" if over == "time" else over
-    return _drawn(lambda path: run_figure(thinned, path, known=part.known, over=over), words)
+    return _drawn(lambda path: run_figure(thinned, path, known=part.known, over=over), text)
 
 
-def _drawn(draw: Callable[[Path], object], words: str) -> str:
+def _drawn(draw: Callable[[Path], object], text: str) -> str:
     """Return a figure, which ``draw`` writes to a file, as inline SVG with a text below it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "figure.svg"
         draw(path)
         drawn = path.read_text(encoding="utf-8")
-    below = f"<figcaption>{_text(words)}</figcaption>" if words else ""
+    below = f"<figcaption>{_text(text)}</figcaption>" if text else ""
     return f"<figure>{inline_svg(drawn)}{below}</figure>"
 
 

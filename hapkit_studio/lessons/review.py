@@ -160,10 +160,10 @@ def reply(path: str | Path, text: str) -> Review:
     Raise ReviewError for an empty reply, or if the file is invalid or cannot be written.
     """
     found = read(path)
-    words = " ".join(text.split())
-    if not words:
+    message = " ".join(text.split())
+    if not message:
         raise ReviewError("Enter the text of the reply first.")
-    changed = replace(found, replies=(*found.replies, words))
+    changed = replace(found, replies=(*found.replies, message))
     write(path, changed, replace_file=True)
     return changed
 
@@ -176,7 +176,7 @@ def parse(text: str, name: str) -> Review:
     try:
         table = checked_table(parse_json(text, name), name)
         checked_integer(table.get("version"), f"{name}: version", 1, VERSION)
-        words = {
+        names = {
             key: checked_text(table.get(key), f"{name}: {key}", longest)
             for key, longest in (("session", 255), ("answers", 64), ("lesson", _NAME), ("reviewer", _NAME))
         }
@@ -193,7 +193,7 @@ def parse(text: str, name: str) -> Review:
         raise
     except FileError as error:
         raise ReviewError(str(error)) from None
-    return Review(**words, rows=rows, comments=comments, replies=replies)
+    return Review(**names, rows=rows, comments=comments, replies=replies)
 
 
 def _records(table: Mapping[str, Any], key: str, name: str, most: int) -> Sequence[tuple[int, Any]]:
@@ -278,7 +278,7 @@ def lines(review: Review) -> list[str]:
     found = [f"{review.reviewer} on {review.session}: {review.points} of {review.most} points"]
     for row in review.rows:
         points = "–" if row.points is None else str(row.points)
-        words = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
-        found.append(f"  {points:>3} of {row.most:>3}  {words}")
+        text = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
+        found.append(f"  {points:>3} of {row.most:>3}  {text}")
     found += [f"  {said.place or 'comment'}: {said.text}" for said in review.comments]
-    return [*found, *(f"  reply: {words}" for words in review.replies)]
+    return [*found, *(f"  reply: {text}" for text in review.replies)]

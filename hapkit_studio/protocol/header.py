@@ -39,8 +39,8 @@ def _camel(name: str) -> str:
 def _struct(message: type[Message]) -> str:
     """Return the packed struct of one message's payload."""
     name = message.__name__
-    words = [f"// {line.strip()}".strip() for line in (message.__doc__ or "").strip().splitlines()]
-    lines = [*words, f"struct __attribute__((packed)) {name} {{"]
+    comment = [f"// {line.strip()}".strip() for line in (message.__doc__ or "").strip().splitlines()]
+    lines = [*comment, f"struct __attribute__((packed)) {name} {{"]
     lines.append(f"  static constexpr uint8_t kId = 0x{message.ID:02x};")
     lines.append(f"  static constexpr uint8_t kSize = {message.size()};")
     for wire in message.layout():

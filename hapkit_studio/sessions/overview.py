@@ -118,7 +118,7 @@ def _of(session: Session, size: int, saved: float) -> Overview:
         samples=int(session.counts.sum()),
         device=str(session.latest(ABOUT).get("device", "")),
         environments=tuple(dict.fromkeys(key for key in keys if key)),
-        markers=tuple((when - start, words) for when, words in session.markers),
+        markers=tuple((when - start, text) for when, text in session.markers),
         changes=tuple(timed_changes(session.events, start, stop)),
         notes=session.notes,
         unfinished=session.unfinished,

@@ -116,6 +116,6 @@ def fill_template(template: Template, title: str, key: str) -> str:
     own = [k for call in calls(ast.parse(template.text), "Environment") for k in call.keywords]
     for value, name in reversed([(k.value, k.arg) for k in own if k.arg in new]):
         line, start, end = value.lineno - 1, value.col_offset, value.end_col_offset
-        words = json.dumps(new[name], ensure_ascii=False).encode()
-        lines[line] = lines[line][:start] + words + lines[line][end:]
+        encoded = json.dumps(new[name], ensure_ascii=False).encode()
+        lines[line] = lines[line][:start] + encoded + lines[line][end:]
     return b"".join(lines).decode()

@@ -44,7 +44,7 @@ GIVES: Mapping[str, tuple[Callable, Callable, str]] = {
     "check": (str, lambda values: "", "text"),
     "warnings": (lambda found: tuple(map(str, found)), lambda values, conditions: (), "a list of text"),
     "unused": (
-        lambda found: {str(key): str(words) for key, words in dict(found).items()},
+        lambda found: {str(key): str(text) for key, text in dict(found).items()},
         lambda values: {},
         "text by the names of parameters",
     ),
@@ -111,9 +111,9 @@ class Functions:
                 )
                 return None
 
-    def _request(self, words: Any) -> "Future[bytes]":
+    def _request(self, request: Any) -> "Future[bytes]":
         """Send a line; return a future of the reply, which is empty if the process has ended."""
-        line = json.dumps(words, default=_plain).encode() + b"\n"
+        line = json.dumps(request, default=_plain).encode() + b"\n"
         return self._worker.submit(_exchange, self._process, line)
 
 

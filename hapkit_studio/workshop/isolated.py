@@ -14,14 +14,14 @@ from hapkit_studio.program import module_command
 _MORE_MEMORY = 2 * 2**30
 
 
-def begin(module: str, *words: str) -> subprocess.Popen:
+def begin(module: str, *args: str) -> subprocess.Popen:
     """Start a module of the studio in a process with pipes for its standard streams."""
     apart: dict = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
     pipe = subprocess.PIPE
     return subprocess.Popen(
-        module_command(module, *words), stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart
+        module_command(module, *args), stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart
     )
 
 

@@ -70,10 +70,10 @@ class OwnEnvironment(Environment):
         start = state.copy()
         if native.INTERPRETED:
             call = partial(native.call, law.address, p, state)
-            words: Any = fault
+            given: Any = fault
         else:
             call = partial(native.Function(law.address), p.ctypes.data, state.ctypes.data)
-            words = fault.ctypes.data
+            given = fault.ctypes.data
         points = np.broadcast_arrays(position, velocity)
         forces = np.full(points[0].shape, math.nan)
         end = time.thread_time() + CURVE_SECONDS
@@ -81,7 +81,7 @@ class OwnEnvironment(Environment):
             if time.thread_time() > end:
                 break
             state[:], fault[0] = start, 0
-            force = call(x, v, _DT, words)
+            force = call(x, v, _DT, given)
             forces[i] = math.nan if fault[0] else force
         return forces
 
@@ -127,11 +127,11 @@ def _own_formula(formula: str, text: str) -> str:
 
 def _code(text: str) -> list[str]:
     """Return a file's statements without imports, docstrings and ENVIRONMENT, for a comparison."""
-    words = ast.Import, ast.ImportFrom, ast.Expr
+    ignored = ast.Import, ast.ImportFrom, ast.Expr
     return [
         ast.dump(node)
         for node in ast.parse(text).body
-        if not isinstance(node, words)
+        if not isinstance(node, ignored)
         and not (isinstance(node, ast.Assign) and "Environment(" in ast.unparse(node))
     ]
 

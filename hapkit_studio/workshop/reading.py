@@ -81,9 +81,9 @@ def _text_for(error: BaseException, inside: bool) -> str:
         case ZeroDivisionError():
             return "a division by zero"
     message = str(error).strip()
-    for pattern, words in _OTHER:
+    for pattern, text in _OTHER:
         if found := re.fullmatch(pattern, message):
-            return found.expand(words)
+            return found.expand(text)
     return f"{message or 'an error'} ({type(error).__name__})"
 
 
@@ -97,8 +97,8 @@ def _line_in(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
     return line, inside
 
 
-def _short(words: str) -> str:
-    line = " ".join(words.split())
+def _short(text: str) -> str:
+    line = " ".join(text.split())
     return line if len(line) <= _MOST else line[: _MOST - 1] + "…"
 
 
@@ -113,8 +113,8 @@ def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Env
     """
     made = getattr(module, NAME, None)
     if made is None and not _environment_line(tree):
-        words = f"the file defines no environment: end it with `{NAME} = Environment(…)`"
-        raise LawError(words, max(lines, 1))
+        text = f"the file defines no environment: end it with `{NAME} = Environment(…)`"
+        raise LawError(text, max(lines, 1))
     if not isinstance(made, Environment):
         kind = "a law" if isinstance(made, Law) else f"'{type(made).__name__}'"
         raise LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _environment_line(tree))
@@ -286,8 +286,8 @@ def execute(source: Source) -> Environment:
             raise law_error(error, name) from None
         line = min(error.lineno or 1, max(len(lines), 1))
         usual = in_unreadable(lines[line - 1]) if lines else None
-        words = usual or _indentation(error, lines) or f"Python cannot read this line: {error.msg}"
-        raise LawError(_short(words), line) from None
+        text = usual or _indentation(error, lines) or f"Python cannot read this line: {error.msg}"
+        raise LawError(_short(text), line) from None
     except (Exception, SystemExit) as error:
         raise law_error(error, name) from None
     finally:

@@ -49,9 +49,9 @@ def constants(environment: Environment, values: Mapping[str, float], law: Source
     return "\n".join(lines) or "// This environment has nothing to tune."
 
 
-def one_line(words: str) -> str:
+def one_line(message: str) -> str:
     """Return a text on one line that cannot end a C comment or continue on the next line."""
-    return " ".join(words.split()).replace("\\", "/").replace("·", "*")
+    return " ".join(message.split()).replace("\\", "/").replace("·", "*")
 
 
 def law_text(law: Source) -> str:

@@ -91,11 +91,11 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
         return stop(process)
     try:
         # a process that the file has started may still have the pipe open
-        words, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
+        output, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
     except subprocess.TimeoutExpired:
         isolated.end(process)
-        words, _ = process.communicate()
-    return _verdict(words, _GONE if 0 <= process.returncode < 256 else _CRASHED)
+        output, _ = process.communicate()
+    return _verdict(output, _GONE if 0 <= process.returncode < 256 else _CRASHED)
 
 
 def stop(process: subprocess.Popen) -> TrialResult:
@@ -114,11 +114,11 @@ def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
         raise
 
 
-def _verdict(words: bytes, otherwise: str) -> TrialResult:
+def _verdict(output: bytes, otherwise: str) -> TrialResult:
     """Return the last verdict in the output; without one, a verdict on the function that ran last."""
     name, line = "the file", 0
     try:
-        found = files.parse_json(words.decode().splitlines()[-1], "verdict")
+        found = files.parse_json(output.decode().splitlines()[-1], "verdict")
         if "problems" in found:
             return TrialResult.from_json(found)
         name, line = f"`{found['function']}`", int(found["line"])

@@ -29,10 +29,10 @@ NO_ROWS = [
 def said(ask, *args, **named):
     with pytest.raises(ParameterError) as e:
         ask(*args, **named)
-    words = str(e.value)
-    assert "\n" not in words
-    assert len(words) < 200
-    return words
+    text = str(e.value)
+    assert "\n" not in text
+    assert len(text) < 200
+    return text
 
 
 def test_invalid_rows_are_rejected():

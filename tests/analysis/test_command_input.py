@@ -15,7 +15,7 @@ def csv(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("args", "says"),
     [
         ("accuracy --methods speed", "available: integrators, contact, velocity, servo, friction"),
         ("break-it spring", "There is no failure 'spring'"),
@@ -48,9 +48,9 @@ def csv(tmp_path_factory):
         ("zwidth --device simulated --hand iron", "not 'iron'"),
     ],
 )
-def test_invalid_input_gives_a_one_line_error(capsys, csv, words, says):
+def test_invalid_input_gives_a_one_line_error(capsys, csv, args, says):
     try:
-        code = main([csv if word == "CSV" else word for word in words.split()])
+        code = main([csv if word == "CSV" else word for word in args.split()])
     except SystemExit as end:
         code = end.code
     out, err = capsys.readouterr()

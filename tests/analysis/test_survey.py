@@ -194,8 +194,8 @@ def test_the_command_resumes_draws_and_reads(tmp_path, capsys):
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert main(["survey", str(path), "--read"]) == 0
     assert "25 of 4,000 loops known" in capsys.readouterr().out
-    words = ["survey", str(path), "--rates", "2", "--delays", "1", "--workers", "2", "--plot", str(picture)]
-    assert main(words) == 0
+    args = ["survey", str(path), "--rates", "2", "--delays", "1", "--workers", "2", "--plot", str(picture)]
+    assert main(args) == 0
     assert "4,000 of 4,000 loops known. 3,975 computed in " in capsys.readouterr().out
     assert main(["survey", str(path), "--rates", "0"]) != 0
     assert "must be a whole number, 1 or more" in capsys.readouterr().err
@@ -212,6 +212,6 @@ def test_the_remaining_time_ignores_earlier_results(monkeypatch, capsys):
     assert capsys.readouterr().err.strip() == f"rows: {'█' * 14}{'░' * 6} 700 of 1,000, 30 s left"
 
 
-@pytest.mark.parametrize(("seconds", "words"), [(89.0, "89 s"), (91.0, "1.5 min"), (5401.0, "1.5 h")])
-def test_durations_have_a_suitable_unit(seconds, words):
-    assert base.span(seconds) == words
+@pytest.mark.parametrize(("seconds", "text"), [(89.0, "89 s"), (91.0, "1.5 min"), (5401.0, "1.5 h")])
+def test_durations_have_a_suitable_unit(seconds, text):
+    assert base.span(seconds) == text

@@ -32,17 +32,17 @@ def run(folder: Path | None = None) -> list[Row]:
         record = str(Path(scratch, "run.csv"))
         _run(*RECORD, "--csv", record)
         rows = []
-        for name, words in COMMANDS.items():
+        for name, args in COMMANDS.items():
             path = (folder or Path(scratch)) / f"{name}.png"
-            given = (*words, record) if name == "identify" else words
+            given = (*args, record) if name == "identify" else args
             _run(*given)
             begin = time.perf_counter()
             _run(*given, "--plot", str(path))
-            rows.append(Row(f"hapkit-studio {' '.join(words)}, drawn", time.perf_counter() - begin, "s"))
+            rows.append(Row(f"hapkit-studio {' '.join(args)}, drawn", time.perf_counter() - begin, "s"))
     return rows
 
 
-def _run(*words: str) -> None:
+def _run(*args: str) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
-        if main(words):
-            raise RuntimeError(f"{' '.join(words)} failed")
+        if main(args):
+            raise RuntimeError(f"{' '.join(args)} failed")

@@ -101,8 +101,8 @@ def rows(prefix: list[str], who: str) -> list[Row]:
             goal = ("≤ 2 × + 50 µs", value <= 2.0 * beside + 50.0) if point == POINTS[-1] else ("", None)
             table.append(Row(what, value, "µs", "cyclictest", beside, value / beside, *goal))
             low, middle, high = np.percentile(engine[:, k] - other[:, k], (25.0, 50.0, 75.0))
-            words = f"loop less cyclictest, p{point:g}, {who} (quartiles {low:.0f} to {high:.0f} µs)"
-            table.append(Row(words, float(middle), "µs"))
+            text = f"loop less cyclictest, p{point:g}, {who} (quartiles {low:.0f} to {high:.0f} µs)"
+            table.append(Row(text, float(middle), "µs"))
         else:
             table.append(Row(what, value, "µs"))
     value, slow = float(np.median(engine[:, -1])), float(np.median(python[:, -1]))

@@ -14,12 +14,12 @@ def run() -> list[Row]:
         Row(what, opened, "s", target="< 1 s", ok=opened < 1.0),
         Row("memory of an opened hour", found["open_MB"], "MB"),
     ]
-    for key, words in (
+    for key, text in (
         ("play_ms", "a frame while it plays, 60 s shown"),
         ("scroll_ms", "a frame while it is dragged through"),
         ("hour_ms", "reduce the whole hour to 1500 columns"),
     ):
         value = found[key]
         reference = "live, last 60 s"
-        rows.append(Row(words, value, "ms", reference, live, value / live, "< 16 ms", value < 16.0))
+        rows.append(Row(text, value, "ms", reference, live, value / live, "< 16 ms", value < 16.0))
     return rows

@@ -11,10 +11,10 @@ NAME, ORDER = "startup", 50
 WARM_RUNS = 5
 
 
-def start(*words: str, **environment: str) -> dict[str, Any]:
+def start(*args: str, **environment: str) -> dict[str, Any]:
     """Return the times in s until the window, the first plotted sample and the end, and all messages."""
     begin = time.perf_counter()
-    seen = child("first_sample", *words, **environment)
+    seen = child("first_sample", *args, **environment)
     return {key: value - begin if isinstance(value, float) else value for key, value in seen.items()}
 
 
@@ -24,9 +24,9 @@ def run() -> list[Row]:
     value = statistics.median(start()["sample"] for _ in range(WARM_RUNS))
     with tempfile.TemporaryDirectory() as cache:
         seen = start("everything", NUMBA_CACHE_DIR=cache)
-    words, cold = seen["said"], seen["sample"]
-    what = f"the same, nothing compiled ({f'says “{words[0]}”' if words else 'says nothing'})"
-    reached = cold < 10.0 and bool(words)
+    lines, cold = seen["said"], seen["sample"]
+    what = f"the same, nothing compiled ({f'says “{lines[0]}”' if lines else 'says nothing'})"
+    reached = cold < 10.0 and bool(lines)
     return [
         Row("start to first plotted sample, warm", value, "s", target="< 1.5 s", ok=value < 1.5),
         Row(what, cold, "s", target="< 10 s, with a message", ok=reached),

@@ -29,8 +29,8 @@ def scenes() -> dict[str, tuple[VerdictInput, str]]:
         for friction, hand in ((True, "released"), (name in ("calm", "above"), "light")):
             setting = LoopSettings(delay=LATE, hand=hand, coulomb=LoopSettings.coulomb if friction else 0.0)
             what = f"{name}, {stiffness:,.0f} N/m, {'held lightly' if hand == 'light' else 'let go'}"
-            words = what if friction else f"{what}, no dry friction"
-            found[words] = VerdictInput(spring, spring.values({"stiffness": stiffness}), setting), hand
+            text = what if friction else f"{what}, no dry friction"
+            found[text] = VerdictInput(spring, spring.values({"stiffness": stiffness}), setting), hand
     return found
 
 

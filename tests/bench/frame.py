@@ -39,10 +39,10 @@ def discover() -> dict[str, Callable[..., list[Row]]]:
     return {module.NAME: module.run for module in sorted(modules, key=lambda m: getattr(m, "ORDER", 100))}
 
 
-def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
+def child(module: str, *args: str, **environment: str) -> dict[str, Any]:
     """Run a program of this folder without a display; return the JSON object that it prints last."""
     done = subprocess.run(
-        [sys.executable, "-m", f"tests.bench.{module}", *words],
+        [sys.executable, "-m", f"tests.bench.{module}", *args],
         # use cached byte code, like a program that was started before
         env={"QT_QPA_PLATFORM": "offscreen", **os.environ, "PYTHONDONTWRITEBYTECODE": "", **environment},
         capture_output=True,

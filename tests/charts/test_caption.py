@@ -40,16 +40,16 @@ def test_a_runs_caption_has_scene_device_date_hand_and_loop():
 def test_scenes_are_captioned_with_title_and_active_parameters(key):
     environment = LIBRARY[key]
     values = environment.values()
-    words = scene(of(key), {}).replace("\N{NO-BREAK SPACE}", " ")
-    assert words.startswith(environment.title)
-    assert "_" not in words
+    text = scene(of(key), {}).replace("\N{NO-BREAK SPACE}", " ")
+    assert text.startswith(environment.title)
+    assert "_" not in text
     unused = environment.unused(values)
     for p in environment.parameters:
-        assert (f"{p.label[1:]} " in words) == (p.key not in unused)
+        assert (f"{p.label[1:]} " in text) == (p.key not in unused)
         if isinstance(p, Choice):
-            assert p.key in unused or p.phrase(values[p.key]) in words
+            assert p.key in unused or p.phrase(values[p.key]) in text
         elif p.unit == "m" and p.key not in unused:
-            assert f"{1e3 * values[p.key]:.4g} mm" in words
+            assert f"{1e3 * values[p.key]:.4g} mm" in text
 
 
 def test_each_change_has_its_time_and_both_values():

@@ -107,10 +107,10 @@ def test_the_date_of_a_session_is_that_of_its_file(tmp_path, monkeypatch):
     os.utime(path, (end, end))
     run = hs.open_session(path)
     assert run.date == "2026-03-04 05:06"
-    words = []
-    monkeypatch.setattr(charts, "save", lambda *given, caption: words.append(caption))
+    captions = []
+    monkeypatch.setattr(charts, "save", lambda *given, caption: captions.append(caption))
     run.plot(tmp_path / "a.png")
-    assert "2026-03-04" in words[0]
+    assert "2026-03-04" in captions[0]
 
 
 def test_invalid_settings_are_drawn_without_a_curve():

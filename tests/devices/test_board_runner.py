@@ -40,21 +40,21 @@ def test_forces_are_limited_and_recording_uses_none(runner):
 
 
 @pytest.mark.parametrize(
-    ("move", "limits", "words"),
+    ("move", "limits", "text"),
     [
         (lambda t, x, v: math.nan, Limits(0.3), "not a number"),
         (lambda t, x, v: 1.0, Limits(1.0, 0.01), "10 mm"),
         (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],
 )
-def test_each_fault_ends_the_run_with_the_motor_off(runner, move, limits, words):
+def test_each_fault_ends_the_run_with_the_motor_off(runner, move, limits, text):
     seen = []
 
     def watched(t, x, v):
         seen.append(runner.progress)
         return move(t, x, v)
 
-    with pytest.raises(AbortedError, match=words):
+    with pytest.raises(AbortedError, match=text):
         runner.run(watched, 5.0, limits)
     assert seen == sorted(seen)
     assert {seconds for _, seconds in seen} == {5.0}

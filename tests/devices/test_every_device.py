@@ -103,8 +103,8 @@ def test_a_device_with_its_own_rate_keeps_it(entry, engine):
 
 @every_device
 def test_a_command_runs_it_with_a_hand(entry, capsys):
-    words = ["run", "wall", "--device", entry.key, "--hand", "press", "--seconds", "0.5", "--json"]
-    assert cli.main(words) == 0
+    args = ["run", "wall", "--device", entry.key, "--hand", "press", "--seconds", "0.5", "--json"]
+    assert cli.main(args) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["computer"]["rate_Hz"] == (entry.make().rate or 1000.0)
 
@@ -116,7 +116,7 @@ def test_bode_drives_its_handle_at_its_rate(entry, capsys):
     handle |= {"quantum": device.quantum, "rate": device.rate or 1000.0}
     told = [f"--{name}={value!r}" for name, value in handle.items()]
     found = []
-    for words in (["--device", entry.key], told):
-        assert cli.main(["bode", "spring", *words, "--json"]) == 0
+    for args in (["--device", entry.key], told):
+        assert cli.main(["bode", "spring", *args, "--json"]) == 0
         found.append(json.loads(capsys.readouterr().out)["curves"])
     assert found[0] == found[1]

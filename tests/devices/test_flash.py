@@ -120,7 +120,7 @@ def test_an_image_has_its_bytes_at_their_addresses(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("lines", "words"),
+    ("lines", "text"),
     [
         (["hello"], "line 1: this is not a line"),
         ([":0000"], "line 1: this is not a line"),
@@ -131,8 +131,8 @@ def test_an_image_has_its_bytes_at_their_addresses(tmp_path):
         ([record(0x7DFF, 0, b"ab"), END], r"has 32,257 bytes; the chip has room for 32,256"),
     ],
 )
-def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
-    with pytest.raises(ParameterError, match=words) as error:
+def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, text):
+    with pytest.raises(ParameterError, match=text) as error:
         flash.read_image(image(tmp_path, *lines))
     assert "\n" not in str(error.value)
 
@@ -151,7 +151,7 @@ def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatc
 
 # --- parse avrdude's output
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         (WROTE + "avrdude: verification error, first mismatch at byte 0x0000\n         0x0c != 0xff\n",
          r"verification of the written firmware failed from 0x0000 on\. Flash again"),
@@ -163,13 +163,13 @@ def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatc
         (SIGNED + "avrdude error: cannot do it\n", r"failed on ttyUSB0: cannot do it\. Flash again"),
     ],
 )  # fmt: skip
-def test_each_failure_has_its_message(text, words):
+def test_each_failure_has_its_message(text, message):
     said = Output(lambda stage, part: None)
     said.feed(text)
     assert not said.no_sync
     error = said.error(PORT)
     assert isinstance(error, FlashError)
-    with pytest.raises(FlashError, match=words):
+    with pytest.raises(FlashError, match=message):
         raise error
 
 

@@ -42,14 +42,14 @@ def near(got, want):
     return True
 
 
-def refused(kind, words, path="/dev/ttyTEST"):
+def refused(kind, message, path="/dev/ttyTEST"):
     board = HapkitBoard(path)
     with pytest.raises(kind) as caught:
         board.open()
     with pytest.raises(errors.DeviceError):
         board.fileno()
     name = str(path).removeprefix("/dev/")
-    assert words.format(name) in str(caught.value)
+    assert message.format(name) in str(caught.value)
     return caught.value
 
 
@@ -135,8 +135,8 @@ def test_other_devices_and_silence_are_reported(lined, noise):
 def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
-    words = f"The firmware has protocol version {version}, but this studio needs version 4. {remedy}"
-    assert refused(errors.WrongProtocolError, words).step == step
+    message = f"The firmware has protocol version {version}, but this studio needs version 4. {remedy}"
+    assert refused(errors.WrongProtocolError, message).step == step
 
 
 def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
@@ -145,8 +145,8 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
     refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
     first.start_stream()  # the first board is unaffected
     first.close()
-    words = "ttyNONE7 does not exist. Plug the board in, or see `hapkit-studio devices`."
-    error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
+    message = "ttyNONE7 does not exist. Plug the board in, or see `hapkit-studio devices`."
+    error = refused(errors.PortGoneError, message, "/dev/ttyNONE7")
     assert "Trying to reconnect every second" in error.brief  # the window reconnects, but a command does not
     file = tmp_path / "notes.txt"
     file.touch()
@@ -154,8 +154,8 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
 
 
 def test_unplugging_is_reported_during_handshake_and_request_and_while_open(fake_board):
-    words = "Hapkit on {} is disconnected. Force is zero. Plug the board in, then try again."
-    refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
+    message = "Hapkit on {} is disconnected. Force is zero. Plug the board in, then try again."
+    refused(errors.PortGoneError, message, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()
     board = HapkitBoard(fake_board(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m)).path)
     board.open()

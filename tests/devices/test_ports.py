@@ -174,11 +174,11 @@ def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
 @linux
 def test_a_ports_user_is_named_with_or_without_lock(fake_board):
     peer = fake_board(lambda message: None)
-    words = (
+    text = (
         "import sys, os; os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); print(flush=True); sys.stdin.read()"
     )
     child = subprocess.Popen(
-        [sys.executable, "-c", words, peer.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", text, peer.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     child.stdout.readline()
     try:
@@ -308,6 +308,6 @@ def test_an_unreadable_timer_is_the_default_and_other_chips_have_none(timer, mon
     for identity in (NOWHERE, Identity(0x2341, 0x0043)):
         none = shorten_latency(Line(), "/dev/ttyACM0", identity)
         assert (none.timer, none.long, none.text) == (None, False, "")
-    for system, words in (("win32", "Device Manager"), ("darwin", "FTDI's own driver")):
+    for system, text in (("win32", "Device Manager"), ("darwin", "FTDI's own driver")):
         monkeypatch.setattr(serial_ports.sys, "platform", system)
-        assert words in latency.text
+        assert text in latency.text

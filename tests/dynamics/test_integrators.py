@@ -64,7 +64,7 @@ def test_rows_are_at_multiples_of_the_step_with_both_ends():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "words"),
+    ("wrong", "text"),
     [
         ({"mass": 0.0}, "Mass .*kg, not 0"),
         ({"damping": -1.0}, "Damping .*N·s/m, not −1"),
@@ -75,9 +75,9 @@ def test_rows_are_at_multiples_of_the_step_with_both_ends():
         *(({"method": name}, r"explicit_euler, lecture, .*exact, not") for name in ("euler", "", None, 2.5)),
     ],
 )
-def test_invalid_motions_give_a_one_line_error(wrong, words):
+def test_invalid_motions_give_a_one_line_error(wrong, text):
     given = {"method": "rk4", "damping": 0.0, "dt": 1e-3, "seconds": 0.1} | SLIDER | wrong
-    with pytest.raises(hs.ParameterError, match=words) as caught:
+    with pytest.raises(hs.ParameterError, match=text) as caught:
         hs.integrate(**given)
     assert "\n" not in str(caught.value)
 

@@ -31,8 +31,8 @@ print(folder)
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 def test_a_temporary_cache_is_used_without_a_writable_folder():
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
-    words = [sys.executable, "-c", REFUSE]
-    done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
+    command = [sys.executable, "-c", REFUSE]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     velocity, folder = done.stdout.split()
     assert float(velocity) == 1.0

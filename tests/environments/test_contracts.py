@@ -29,7 +29,7 @@ def test_is_described(key):
     e = LIBRARY[key]
     assert isinstance(e, Environment)
     assert e.key == key
-    assert all(words == words.strip() for words in (e.title, e.summary, e.explanation, e.formula))
+    assert all(text == text.strip() for text in (e.title, e.summary, e.explanation, e.formula))
     assert "F" in e.formula
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40

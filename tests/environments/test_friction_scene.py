@@ -213,7 +213,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
 
 
 @pytest.mark.parametrize(
-    ("inside", "outside", "words"),
+    ("inside", "outside", "text"),
     [
         ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
         (
@@ -224,14 +224,14 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
 )
-def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
+def test_each_models_limit_has_a_one_line_warning(inside, outside, text):
     """The limits are those of theory §1.
 
     In the smoothed model, the kinetic force divided by the stick velocity must be below 2 m/T + 4 b/3.
     """
-    assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
+    assert not any(text in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
-        one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")
+        one for one in warned("friction", **(inside | outside)) if text in one.replace("Above", "above")
     ]
     assert "\n" not in line
 

@@ -58,7 +58,7 @@ def test_a_broken_environment_of_another_package_is_skipped_with_a_warning(monke
 def test_each_symbol_of_a_formula_is_explained(key):
     """F is the force on the handle, and ẋ and ẍ are derivatives of x."""
     formula, symbols = (
-        set("".join(re.findall(r"<i>(.*?)</i>", words.replace("&nbsp;", ""))).replace(" ", ""))
-        for words in (LIBRARY[key].formula, LIBRARY[key].symbols)
+        set("".join(re.findall(r"<i>(.*?)</i>", text.replace("&nbsp;", ""))).replace(" ", ""))
+        for text in (LIBRARY[key].formula, LIBRARY[key].symbols)
     )
     assert formula - set("Fẋẍ") <= symbols

@@ -30,8 +30,8 @@ def optiboot(folder: Path, baud: int = 115200) -> Path:
     flags = ["-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls", "-w"]
     flags += ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", f"-DBAUD_RATE={baud}"]
     place = [f"-Wl,--section-start=.text={START:#x},--section-start=.version=0x7ffe", "-Wl,--relax"]
-    words = ["avr-gcc", *flags, *place, "-nostartfiles", "-nostdlib", "-o", elf, sources / "optiboot.c"]
-    subprocess.run(words, check=True)
+    command = ["avr-gcc", *flags, *place, "-nostartfiles", "-nostdlib", "-o", elf, sources / "optiboot.c"]
+    subprocess.run(command, check=True)
     subprocess.run(["avr-objcopy", "-j", ".text", "-O", "ihex", elf, image], check=True)
     return image
 
@@ -75,9 +75,9 @@ class Board:
 
     def __init__(self, folder: Path, boot_loader: Path, firmware: Path | None = None):
         self.port = str(folder / "port")
-        words = [virtual_board.program(), firmware or chip("asleep", folder), "--paced", "--control"]
-        words += ["--link", self.port, "--bootloader", boot_loader]
-        self._program = BoardProgram([str(w) for w in words])
+        command = [virtual_board.program(), firmware or chip("asleep", folder), "--paced", "--control"]
+        command += ["--link", self.port, "--bootloader", boot_loader]
+        self._program = BoardProgram([str(w) for w in command])
         self._program.reply("port")
 
     def send(self, command: str) -> None:

@@ -72,8 +72,8 @@ class Chip:
         self._say(struct.pack("<cHH", b"R", place, size))
         return self._hear(size)
 
-    def _say(self, words: bytes) -> None:
-        self._process.stdin.write(words)
+    def _say(self, data: bytes) -> None:
+        self._process.stdin.write(data)
         self._process.stdin.flush()
 
     def _hear(self, size: int) -> bytes:

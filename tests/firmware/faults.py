@@ -111,9 +111,9 @@ GIVEN_UP = GONE_AFTER + 2.0 * STALE
 """Time in s until a loop gives up a silent board; the loop checks the board every STALE."""
 
 DAMAGE = [
-    Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
+    Case(f"{label} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
     for direction, way in (("to", "to"), ("from", "from"))
-    for kind, rate, words in (
+    for kind, rate, label in (
         ("drop", "0.01", "1 % of bytes dropped"),
         ("flip", "0.01", "1 % of bytes flipped"),
         ("insert", "0.01", "1 % more bytes inserted"),
@@ -255,7 +255,7 @@ def _render(run: Run, session: Session) -> None:
     turns, case = session.turns, run.case
     turns.until, turns.killed, turns.spam = case.seconds, case.killed, case.spam
     # the loop gives up a silent board without sending a command
-    reset = any("reset" in words for words in case.script)
+    reset = any("reset" in line for line in case.script)
     hold = 0.0
     while True:
         run.rows.append(session.connect(hold))

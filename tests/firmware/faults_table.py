@@ -130,7 +130,7 @@ def start_of_clock(run: Run) -> float:
 
 def start_of_connection(run: Run, number: int) -> float:
     """Return the start of the board's clock for a connection: the program's start, or the reset."""
-    reset = number == 1 and any("reset" in words for words in run.case.script)
+    reset = number == 1 and any("reset" in line for line in run.case.script)
     return start_of_clock(run) + (START if reset else 0.0)
 
 
@@ -271,11 +271,11 @@ def line_of(m: Measured, case: Case) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def main(words: list[str] | None = None) -> None:
+def main(args: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--serve", action="store_true", help="an object for each name of a case that is read")
     parser.add_argument("names", nargs="*", help="parts of the names of cases")
-    given = parser.parse_args(words)
+    given = parser.parse_args(args)
     if given.serve:
         cases = {case.name: case for case in CASES}
         for line in sys.stdin:

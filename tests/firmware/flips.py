@@ -41,8 +41,8 @@ def _library() -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder) / "flips.cpp", Path(folder) / "flips.so"
         source.write_text(_SOURCE)
-        words = ["g++", "-std=c++17", "-O1", "-shared", "-fPIC", f"-I{SKETCH}", "-o", library, source]
-        subprocess.run(words, check=True)
+        command = ["g++", "-std=c++17", "-O1", "-shared", "-fPIC", f"-I{SKETCH}", "-o", library, source]
+        subprocess.run(command, check=True)
         return ctypes.CDLL(str(library))
 
 

@@ -48,12 +48,12 @@ def eeprom(kit: Board, place: int = 0) -> bytes:
 
 def options(kit: Board, memory, **more) -> tuple[str, ...]:
     """Return the options of a virtual board with this kit, whose EEPROM is a file."""
-    words = {
+    values = {
         "eeprom": memory, "sensor": NAMES[Sensor(kit.sensor)], "counts": kit.counts_per_flip,
         "pins": 3 if kit.pins else 5, "direction": kit.direction, "sensor-sign": kit.sense,
         "torque": kit.motor_constant, "dead-band": kit.dead_band, **more,
     }  # fmt: skip
-    return tuple(str(word) for name, value in words.items() for word in (f"--{name}", value))
+    return tuple(str(word) for name, value in values.items() for word in (f"--{name}", value))
 
 
 def motion(start: float, pieces: Iterable[tuple[float, float, float]], step: float = 2e-3) -> list[str]:

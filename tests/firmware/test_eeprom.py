@@ -27,8 +27,8 @@ def memory(tmp_path):
 
 def settings_after(memory, **options):
     """Return the settings of a board that is switched on with an EEPROM, then off."""
-    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
-    with opened("fast", options=("--eeprom", str(memory), *words)) as board:
+    args = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    with opened("fast", options=("--eeprom", str(memory), *args)) as board:
         return board.settings()
 
 

@@ -42,9 +42,9 @@ QUICK = (
 @pytest.fixture(scope="module")
 def measured():
     """Return a function that measures a case by name, in a separate process that uses the board's clock."""
-    words = [sys.executable, "-m", "tests.firmware.faults_table", "--serve"]
+    command = [sys.executable, "-m", "tests.firmware.faults_table", "--serve"]
     program = subprocess.Popen(
-        words, cwd=Path(__file__).parents[2], env=os.environ, stdin=-1, stdout=-1, text=True
+        command, cwd=Path(__file__).parents[2], env=os.environ, stdin=-1, stdout=-1, text=True
     )
 
     @cache

@@ -63,8 +63,8 @@ def test_chip_independent_parts_pass_their_tests():
 @needs_avr
 def test_flash_and_ram_are_printed_and_fit(said):
     flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())
-    words = r"RAM +(\d+) of (\d+) bytes, (\d+) of them the arena; the stack takes (\d+), (\d+) stay free"
-    ram, ram_limit, arena, stack, free = map(int, re.search(words, said).groups())
+    pattern = r"RAM +(\d+) of (\d+) bytes, (\d+) of them the arena; the stack takes (\d+), (\d+) stay free"
+    ram, ram_limit, arena, stack, free = map(int, re.search(pattern, said).groups())
     assert (flash_limit, ram_limit) == (24000, 2048)
     assert 1000 < flash <= flash_limit
     assert arena >= 600

@@ -223,13 +223,13 @@ def share(time: float) -> float:
 
 def flood(turns: Turns, kit) -> Talk:
     """Keep the line to a board full; return the computer's side with the board's messages."""
-    words = talk(turns.ask(HelloRequest(), Hello).arena, kit)
+    frames = talk(turns.ask(HelloRequest(), Hello).arena, kit)
     line, now, owed = Talk(turns), turns.time, AHEAD
     line.say(Stream(1, 0))
     end = now + SECONDS
     while now < end:
         while owed > 0:
-            said = next(words)
+            said = next(frames)
             turns.say(said)
             owed -= len(said)
         line.turn()

@@ -276,7 +276,7 @@ def test_a_sketch_contains_the_values_and_is_self_contained(key):
 
 
 @pytest.mark.parametrize(
-    ("how", "words"),
+    ("how", "text"),
     [
         ({"rate": 4000}, "250, 500, 1,000, 2,000 Hz, not 4,000 Hz"),
         ({"prints": 51}, "between 0 and 50 lines a second, not 51"),
@@ -284,8 +284,8 @@ def test_a_sketch_contains_the_values_and_is_self_contained(key):
         ({"values": {"stiffness": 9e9}}, "N/m"),
     ],
 )
-def test_unsupported_sketch_options_are_rejected(how, words):
-    with pytest.raises(ParameterError, match=words):
+def test_unsupported_sketch_options_are_rejected(how, text):
+    with pytest.raises(ParameterError, match=text):
         sketch.text(environments.named("wall"), **({"values": {}} | how))
 
 

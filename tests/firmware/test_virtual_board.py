@@ -357,11 +357,11 @@ def test_an_unknown_pwm_mode_ends_the_program_with_a_message(images, tmp_path, t
 
 def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
     link = tmp_path / "hapkit"
-    words = [virtual_board.program(), images("asleep"), "--link", link]
+    command = [virtual_board.program(), images("asleep"), "--link", link]
     for end in ("signal", "input"):
         control = ["--control"] if end == "input" else []
         child = subprocess.Popen(
-            [str(w) for w in [*words, *control]], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [str(w) for w in [*command, *control]], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         assert child.stdout.readline() == f"port {os.readlink(link)}\n"
         if end == "signal":
@@ -373,7 +373,7 @@ def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "line", "words"),
+    ("options", "line", "text"),
     [
         (["--mass", "-1"], "", "--mass goes from 1e-06 to 10, not -1"),
         (["--mass", "nan"], "", "--mass goes from"),
@@ -385,10 +385,10 @@ def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
         ((), "x force 1", "x force 1"),
     ],
 )  # fmt: skip
-def test_a_wrong_option_or_script_is_named(images, tmp_path, options, line, words):
+def test_a_wrong_option_or_script_is_named(images, tmp_path, options, line, text):
     outcome = run(images("asleep"), tmp_path, "--seconds", "0.01", *options, script=[line] if line else [])
     assert outcome.code == 2
-    assert words in outcome.errors
+    assert text in outcome.errors
 
 
 def test_a_file_that_is_not_a_firmware_is_refused(tmp_path):

@@ -36,9 +36,9 @@ class Turns:
     def __init__(self, folder: Path, script, options=(), firmware=None, log_period=1e-4):
         log, commands = folder / "truth.f64", folder / "script.txt"
         commands.write_text("\n".join(script))
-        words = [virtual_board.program(), firmware or virtual_board.firmware(), "--turns", "--await", "0"]
-        words += ["--log", log, "--script", commands, "--log-period", log_period, *options]
-        self.board = BoardProgram([str(w) for w in words])
+        command = [virtual_board.program(), firmware or virtual_board.firmware(), "--turns", "--await", "0"]
+        command += ["--log", log, "--script", commands, "--log-period", log_period, *options]
+        self.board = BoardProgram([str(w) for w in command])
         self.log = log
         self.time = 0.0
         self.until = self.killed = np.inf

@@ -37,8 +37,8 @@ def chip(name: str, folder: Path, **defined: int) -> Path:
     """Compile one of the small test programs for the chip; return its .elf."""
     elf = folder / f"{name}.elf"
     flags = [f"-D{key}={value}" for key, value in defined.items()]
-    words = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", *flags]
-    subprocess.run([*words, "-o", elf, CHIPS / f"{name}.c"], check=True)
+    command = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", *flags]
+    subprocess.run([*command, "-o", elf, CHIPS / f"{name}.c"], check=True)
     return elf
 
 
@@ -62,8 +62,8 @@ def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ())
     log, commands = folder / "truth.f64", folder / "script.txt"
     log.touch()
     commands.write_text("\n".join(script))
-    words = [virtual_board.program(), firmware, "--fast", "--log", log, "--script", commands, *options]
-    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=PATIENCE)
+    command = [virtual_board.program(), firmware, "--fast", "--log", log, "--script", commands, *options]
+    done = subprocess.run([str(w) for w in command], capture_output=True, text=True, timeout=PATIENCE)
     last = done.stdout.strip().split("\n")[-1]
     summary = json.loads(last) if last.startswith("{") else {}
     return Outcome(done.returncode, truth(log), summary, done.stderr)

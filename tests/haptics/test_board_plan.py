@@ -76,16 +76,16 @@ def test_a_requested_rate_can_only_reduce_the_rate():
 def test_a_law_that_is_too_long_is_refused_with_its_excess():
     size = planner().plan(request()).program.size
     assert not isinstance(planner(size).plan(request()), str)
-    words = f"{SPRING.title} needs {size} bytes of memory, but the board has {size - 1}."
-    assert planner(size - 1).plan(request()) == words
+    text = f"{SPRING.title} needs {size} bytes of memory, but the board has {size - 1}."
+    assert planner(size - 1).plan(request()) == text
 
 
 def test_a_law_that_is_too_slow_is_refused_with_its_fastest_rate():
-    words = planner().plan(request(SLOW))
-    assert words.startswith("One call of Powers takes ")
-    assert " cycles of the board's processor. " in words
-    assert words.endswith(" Hz at most, but the board's slowest rate is 500 Hz.")
-    assert 0 < int(words.split("allows ")[1].split(" Hz")[0]) < 500
+    text = planner().plan(request(SLOW))
+    assert text.startswith("One call of Powers takes ")
+    assert " cycles of the board's processor. " in text
+    assert text.endswith(" Hz at most, but the board's slowest rate is 500 Hz.")
+    assert 0 < int(text.split("allows ")[1].split(" Hz")[0]) < 500
 
 
 def test_the_plan_is_computed_once():
@@ -139,15 +139,15 @@ def test_the_block_contains_the_data_to_send():
 
 
 @pytest.mark.parametrize(
-    ("kit", "words"),
+    ("kit", "text"),
     [
         (FakeKit(arena=0), "The firmware on this board cannot render laws. Update the firmware."),
         (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
     ],
 )
-def test_a_device_without_a_board_gives_the_reason(stepped, kit, words):
+def test_a_device_without_a_board_gives_the_reason(stepped, kit, text):
     engine = stepped(kit)[1]
-    assert words in engine.decision().refusal
+    assert text in engine.decision().refusal
     assert engine.where == "computer"
 
 

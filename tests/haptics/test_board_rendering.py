@@ -229,11 +229,11 @@ def test_the_computer_renders_what_the_board_cannot(rendering):
     setup = rendering(arena=150)
     setup.go()
     setup.engine.set_environment("cat")
-    words = r"Cat needs \d+ bytes of memory, but the board has 150"
-    assert re.match(words, setup.engine.decision(wait=True).refusal)
+    text = r"Cat needs \d+ bytes of memory, but the board has 150"
+    assert re.match(text, setup.engine.decision(wait=True).refusal)
     setup.until(lambda: setup.engine.rendering == "computer")
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
-    with pytest.raises(ParameterError, match=words):
+    with pytest.raises(ParameterError, match=text):
         setup.engine.set_where("board")
     setup.engine.set_environment("damping")
     setup.until(lambda: setup.engine.rendering == "board")

@@ -81,15 +81,15 @@ WORDS = [
 # fmt: on
 
 
-@pytest.mark.parametrize(("code", "value", "position", "line", "words", "remedy"), WORDS)
-def test_every_fault_has_its_message(code, value, position, line, words, remedy):
+@pytest.mark.parametrize(("code", "value", "position", "line", "text", "remedy"), WORDS)
+def test_every_fault_has_its_message(code, value, position, line, text, remedy):
     harness = LoopHarness(CONSTANT, max_speed=3.0)
     harness.tick()
     harness.r.tick.fault_value, harness.r.tick.fault_position = value, position
     harness.r.fault[1] = line
     fault = health.describe_fault(code, harness.r)
     assert fault.code == code
-    assert fault.text == (words if code == arrays.DEVICE_GONE else f"Fault: {words}")
+    assert fault.text == (text if code == arrays.DEVICE_GONE else f"Fault: {text}")
     assert fault.detail.startswith(f"Force is zero. {remedy}")
 
 

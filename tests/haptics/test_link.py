@@ -247,7 +247,7 @@ def test_the_links_limit_is_reported_if_the_stiffness_exceeds_it(rendering):
     setup.run(40)
     assert on_board.link_warning(setup.engine) == ""
     setup.engine.set_parameter("stiffness", 2000.0)
-    words = on_board.link_warning(setup.engine)
-    assert words.startswith("The measured delay is 0.5 ms. In your hand, the handle is stable")
-    assert re.search(r"by more than 0\.\d+ mm and let go, it buzzes.*\. Lower the stiffness, or let", words)
+    text = on_board.link_warning(setup.engine)
+    assert text.startswith("The measured delay is 0.5 ms. In your hand, the handle is stable")
+    assert re.search(r"by more than 0\.\d+ mm and let go, it buzzes.*\. Lower the stiffness, or let", text)
     assert setup.engine.loop_of("computer", 0.0).rate == 1000.0

@@ -143,9 +143,9 @@ def test_a_thread_that_never_blocks_is_demoted_without_python():
 
 
 @pytest.mark.parametrize(
-    ("status", "words"), [(0, "Real-time priority (time constraint)"), (4, "Normal priority")]
+    ("status", "text"), [(0, "Real-time priority (time constraint)"), (4, "Normal priority")]
 )
-def test_macos_requests_the_time_constraint_policy(status, words):
+def test_macos_requests_the_time_constraint_policy(status, text):
     def fill(reference):
         reference._obj[0], reference._obj[1] = 125, 3
 
@@ -153,7 +153,7 @@ def test_macos_requests_the_time_constraint_policy(status, words):
     library.mach_timebase_info.side_effect = fill
     library.thread_policy_set.return_value = status
     library.pthread_mach_thread_np.return_value = 42
-    assert priority.macos_obtain(library) == (words, int(status == 0))
+    assert priority.macos_obtain(library) == (text, int(status == 0))
     thread, flavor, policy, count = library.thread_policy_set.call_args.args
     assert (thread, flavor, count) == (42, 2, 4)
     assert list(policy) == [24_000, 4_800, 12_000, 1]
@@ -162,12 +162,12 @@ def test_macos_requests_the_time_constraint_policy(status, words):
 
 
 @pytest.mark.parametrize(
-    ("handle", "words"), [(0x5, "Real-time priority (Pro Audio)"), (0, "Normal priority")]
+    ("handle", "text"), [(0x5, "Real-time priority (Pro Audio)"), (0, "Normal priority")]
 )
-def test_windows_joins_the_pro_audio_task(handle, words):
+def test_windows_joins_the_pro_audio_task(handle, text):
     library = Mock()
     library.AvSetMmThreadCharacteristicsW.return_value = handle
-    assert priority.windows_obtain(library) == (words, int(bool(handle)))
+    assert priority.windows_obtain(library) == (text, int(bool(handle)))
     assert library.AvSetMmThreadCharacteristicsW.call_args.args[0] == "Pro Audio"
     assert library.AvSetMmThreadPriority.call_args_list == ([call(handle, 2)] if handle else [])
     priority.windows_release(library)

@@ -46,10 +46,10 @@ def law_text(body, state="", beside=""):
     return "\n".join(lines) + "\n" + textwrap.indent(textwrap.dedent(body).strip("\n"), "    ") + "\n"
 
 
-def line_of(text, words):
+def line_of(text, part):
     """Return the number of the first line in the file that contains these words."""
     whole = HEAD + textwrap.dedent(text)
-    return next(n for n, line in enumerate(whole.splitlines(), 1) if words in line)
+    return next(n for n, line in enumerate(whole.splitlines(), 1) if part in line)
 
 
 def held(environment, **given):

@@ -79,8 +79,8 @@ class Machine:
         (self.counted,) = struct.unpack("<I", self._answer(4))
         return out[:, 0], out[:, 1:]
 
-    def _ask(self, words: bytes) -> None:
-        self._process.stdin.write(words)
+    def _ask(self, data: bytes) -> None:
+        self._process.stdin.write(data)
         self._process.stdin.flush()
 
     def _answer(self, size: int) -> bytes:

@@ -10,10 +10,10 @@ BY_NAME = {o.name: o for o in OPERATIONS}
 PLAIN = [o for o in OPERATIONS if o.code >= 0x10 and o.operands in ("", "s")]
 
 
-def code(*words: str | int | bytes) -> bytes:
+def code(*parts: str | int | bytes) -> bytes:
     """Return machine code; arguments are names of operations, operands, masks of jumps, and other code."""
     found = b""
-    for word in words:
+    for word in parts:
         found += (
             word
             if isinstance(word, bytes)

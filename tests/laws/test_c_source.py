@@ -84,8 +84,19 @@ def run(jobs, folder, monkeypatch):
         pieces.append(f"namespace n{n} {{\n{text}\n}}\n{CALLED.format(n=n, call=law.call)}")
     source, library = folder / "laws.cpp", folder / "laws.so"
     source.write_text("\n".join(pieces))
-    words = ["g++", "-std=gnu++11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-o", library, source]
-    subprocess.run(words, check=True)
+    command = [
+        "g++",
+        "-std=gnu++11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-shared",
+        "-fPIC",
+        "-o",
+        library,
+        source,
+    ]
+    subprocess.run(command, check=True)
     laws = ctypes.CDLL(str(library))
     forces = []
     for n, job in enumerate(jobs):

@@ -86,11 +86,11 @@ def remarks(folder, body, state=STATE):
     return environment(folder, text).force.remarks, text
 
 
-@pytest.mark.parametrize(("body", "words"), DRIFTING, ids=[body for body, _ in DRIFTING])
-def test_drifting_states_are_reported_at_their_line(tmp_path, body, words):
+@pytest.mark.parametrize(("body", "message"), DRIFTING, ids=[body for body, _ in DRIFTING])
+def test_drifting_states_are_reported_at_their_line(tmp_path, body, message):
     (found,), text = remarks(tmp_path, body)
     lines = (HEAD + text).splitlines()
-    assert lines[found.line - 1].startswith(f"    {words}")
+    assert lines[found.line - 1].startswith(f"    {message}")
     assert "on the board and in a sketch" in found.text
     assert str(found) == f"Line {found.line}: {found.text}."
 

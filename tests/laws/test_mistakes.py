@@ -77,15 +77,15 @@ def test_each_mistake_has_its_message_and_line(mistake, tmp_path):
     assert str(error) == f"Line {LINE}: {mistake.example}"
 
 
-@pytest.mark.parametrize(("line", "words"), VARIANTS, ids=[line for line, _ in VARIANTS])
-def test_variants_have_the_same_message(line, words, tmp_path):
+@pytest.mark.parametrize(("line", "text"), VARIANTS, ids=[line for line, _ in VARIANTS])
+def test_variants_have_the_same_message(line, text, tmp_path):
     error = refused(line, tmp_path)
-    assert words in str(error)
+    assert text in str(error)
     assert error.line == LINE
 
 
 @pytest.mark.parametrize(
-    ("line", "words"),
+    ("line", "text"),
     [
         ("a = (x", "'(' was never closed"),
         ("a = 'what? && {", "unterminated string"),
@@ -93,8 +93,8 @@ def test_variants_have_the_same_message(line, words, tmp_path):
         ("a = {1: 2", "'{' was never closed"),
     ],
 )
-def test_other_syntax_errors_have_pythons_message(line, words, tmp_path):
-    assert f"Python cannot read this line: {words}" in str(refused(line, tmp_path))
+def test_other_syntax_errors_have_pythons_message(line, text, tmp_path):
+    assert f"Python cannot read this line: {text}" in str(refused(line, tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -91,15 +91,15 @@ BESIDE = "GAIN = 2.0\n\ndef half(a):\n    return 0.5 * a\n\ndef both(a):\n    re
 STATE = "{'last': 0.0, 'ring': (0.0, 0.0)}"
 
 
-@pytest.mark.parametrize(("line", "words"), REFUSED, ids=[line[:24] for line, _ in REFUSED])
-def test_forbidden_code_is_rejected_with_its_line(tmp_path, line, words):
+@pytest.mark.parametrize(("line", "sentence"), REFUSED, ids=[line[:24] for line, _ in REFUSED])
+def test_forbidden_code_is_rejected_with_its_line(tmp_path, line, sentence):
     text = law_text("a0 = 1.0\n" + line + "\nreturn 0.0", STATE, BESIDE)
     first = (HEAD + text).splitlines().index("    a0 = 1.0") + 2
     last = first + line.count("\n")
     with pytest.raises(LawError) as error:
         environment(tmp_path, text)
     message = str(error.value)
-    assert words in message
+    assert sentence in message
     assert first <= error.value.line <= last
     assert message.startswith(f"Line {error.value.line}: ")
     assert "\n" not in message
@@ -116,7 +116,7 @@ def test_forbidden_code_is_reported_before_a_missing_force(tmp_path, line):
 
 
 @pytest.mark.parametrize(
-    ("signature", "words"),
+    ("signature", "text"),
     [
         ("(p, s, x, v)", "must be (p, s, x, v, dt)"),
         ("(p, s, x, v, dt, *more)", "must be (p, s, x, v, dt)"),
@@ -124,14 +124,14 @@ def test_forbidden_code_is_reported_before_a_missing_force(tmp_path, line):
         ("(p, s, x, v, dt=1e-3)", "must be (p, s, x, v, dt), without default values"),
     ],
 )
-def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
+def test_a_law_takes_its_five_arguments(tmp_path, signature, text):
     with pytest.raises(LawError, match=r"^Line 7: ") as error:
         environment(tmp_path, f"@law\ndef force{signature}:\n    return 0.0\n")
-    assert words in str(error.value)
+    assert text in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("helper", "words"),
+    ("helper", "text"),
     [
         ("def help(a, b, c=2.0):\n    return a", "`help` must have 2 to 3 arguments, not 1"),
         ("def help(a, b='soft'):\n    return a", "only numbers are allowed here"),
@@ -150,10 +150,10 @@ def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
         ("help = 2.0", "'help' is not a function that a law can call"),
     ],
 )
-def test_helpers_obey_the_same_language(tmp_path, helper, words):
+def test_helpers_obey_the_same_language(tmp_path, helper, text):
     with pytest.raises(LawError) as error:
         environment(tmp_path, law_text("return help(x)", STATE, helper))
-    assert words in str(error.value)
+    assert text in str(error.value)
     assert error.value.line > 0
 
 

@@ -109,7 +109,7 @@ WANTED = [wanted for _, wanted in VALUES] + [sum(1.0 + 0.01 * i for i in turns) 
 
 
 @needs_compiler
-@pytest.mark.parametrize("n", range(len(WANTED)), ids=[words for words, _ in [*VALUES, *LOOPS]])
+@pytest.mark.parametrize("n", range(len(WANTED)), ids=[text for text, _ in [*VALUES, *LOOPS]])
 def test_table_values_and_loop_counts(values, machine, n):
     given = values.values({"damping": float(n)})
     assert Compiled(values.force, given, 1e-3).call(0.01, 0.0) == pytest.approx(WANTED[n], rel=1e-14)
@@ -180,12 +180,12 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("beside", "value", "words"), REFUSED, ids=[value for _, value, _ in REFUSED])
-def test_invalid_tables_and_uses_are_rejected_with_their_line(tmp_path, beside, value, words):
+@pytest.mark.parametrize(("beside", "value", "message"), REFUSED, ids=[value for _, value, _ in REFUSED])
+def test_invalid_tables_and_uses_are_rejected_with_their_line(tmp_path, beside, value, message):
     text = law_text(f"a = {value}\nreturn a", beside=beside)
     with pytest.raises(LawError) as error:
         environment(tmp_path, text)
-    assert words in str(error.value)
+    assert message in str(error.value)
     assert error.value.line == line_of(text, "a = ")
 
 
@@ -220,8 +220,8 @@ def test_a_table_too_large_for_the_board_is_refused_with_its_bytes(tmp_path):
         found[count] = BoardPlanner(ARENA).plan(PlanRequest(made, made.values()))
     assert found[100].program.size <= ARENA
     size = found[100].program.size + 4 * 71
-    words = f"Student needs {size} bytes of memory, but the board has 768."
-    assert found[171] == f"{words} The tables of the law take 684 bytes."
+    message = f"Student needs {size} bytes of memory, but the board has 768."
+    assert found[171] == f"{message} The tables of the law take 684 bytes."
     assert found[256].endswith(
         "The tables of this law take 1,024 bytes, but the board has only 768 bytes for the whole law. "
         "Use fewer numbers."

@@ -83,14 +83,14 @@ def test_a_lesson_is_completed_headless(key):
     for step in lesson.steps:
         played = play_step(step)
         for question in step.questions:
-            state, words = question.judge(played.answers[question.key])
-            assert state in ("correct", "review"), words
+            state, text = question.judge(played.answers[question.key])
+            assert state in ("correct", "review"), text
             assert question.judge("")[0] == "waiting"
             if question.kind != "text":
                 wrong = next(o for o in (*question.options, "-12345") if o != question.answer)
-                state, words = question.judge(wrong)
+                state, text = question.judge(wrong)
                 assert state == "wrong"
-                assert len(words) > 10, question.text
+                assert len(text) > 10, question.text
         for check in step.checks:
             samples = played.samples()
             found = evaluate(check, samples)

@@ -95,7 +95,7 @@ def test_every_block_of_a_step_is_read_in_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "text"),
     [
         ("+++\ntitle", "title", "line 1: a lesson must begin with a header"),
         ('title = "A wall"\n', "", "line 2: title is missing"),
@@ -121,9 +121,9 @@ def test_every_block_of_a_step_is_read_in_order(tmp_path):
         ("seconds = 1.5", "seconds = 500", "line 50: seconds is 500"),
     ],
 )
-def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, words):
+def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, text):
     assert old in GOOD
-    with pytest.raises(LessonError, match=re.escape(words)) as caught:
+    with pytest.raises(LessonError, match=re.escape(text)) as caught:
         lesson_of(tmp_path, GOOD.replace(old, new))
     assert str(caught.value).startswith("mine.md")
     assert "\n" not in str(caught.value)

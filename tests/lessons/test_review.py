@@ -41,7 +41,7 @@ def handed(tmp_path, original):
 @pytest.fixture
 def no_figures(monkeypatch):
     """Leave figures out of reports, because they take a second each."""
-    monkeypatch.setattr("hapkit_studio.lessons.report._drawn", lambda _draw, words: f"<p>{words}</p>")
+    monkeypatch.setattr("hapkit_studio.lessons.report._drawn", lambda _draw, text: f"<p>{text}</p>")
 
 
 def reviewed(handed, lesson, name, points, **more):
@@ -123,7 +123,7 @@ def test_a_review_is_in_the_folder_of_its_session(handed, name):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "text"),
     [
         ({"version": 2}, "version is 2"),
         ({"rows": [{"criterion": "a", "most": 3, "points": 4}]}, "row 1: points is 4"),
@@ -141,10 +141,10 @@ def test_a_review_is_in_the_folder_of_its_session(handed, name):
         ({"answers": "0" * 65}, "answers is"),
     ],
 )
-def test_a_wrong_value_is_named_in_one_line(handed, lesson, change, words):
+def test_a_wrong_value_is_named_in_one_line(handed, lesson, change, text):
     path = reviewed(handed, lesson, "Bob", [1] * len(lesson.rubric))
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
-    with pytest.raises(ReviewError, match=re.escape(words)) as caught:
+    with pytest.raises(ReviewError, match=re.escape(text)) as caught:
         review.read(path)
     assert str(caught.value).startswith(path.name)
     assert "\n" not in str(caught.value)
@@ -156,14 +156,14 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.tags, self.words = set(), []
+        self.tags, self.texts = set(), []
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
         self.tags.add(tag)
 
     def handle_data(self, data):
-        self.words.append(data)
+        self.texts.append(data)
 
 
 def test_reviews_appear_in_the_report_with_every_text_escaped(handed, lesson, no_figures):
@@ -173,8 +173,8 @@ def test_reviews_appear_in_the_report_with_every_text_escaped(handed, lesson, no
     )  # fmt: skip
     found = Page(report(handed, lesson, review.reviews_of(handed)))
     assert "script" not in found.tags
-    assert sum(EVIL in words for words in found.words) >= 3
-    text = " ".join(found.words)
+    assert sum(EVIL in message for message in found.texts) >= 3
+    text = " ".join(found.texts)
     assert "Reviews" in text
     assert f"step 1, {lesson.steps[0].title}" in text
 
@@ -241,7 +241,7 @@ def test_a_report_shows_the_experiment_in_its_file(tmp_path, lesson):
     experiments.save_pointing(path, pointing.Subject(), targets, seed=0)
     hand_in(path, lesson, "Ada", {})
     page = Page(report(read(path), lesson))
-    text = " ".join(page.words)
+    text = " ".join(page.texts)
     assert "Pointing with friction" in text
     assert "ms/bit" in text
     assert "none" in text

@@ -35,8 +35,8 @@ KINDS = 5
 def build(*targets: str) -> Path:
     """Build all or some of the PC programs in the folder of the virtual board; return the folder."""
     folder = virtual_board.program().parent / "fuzz"
-    words = ["make", "-s", "-j2", "-C", str(FOLDER), f"BUILD={folder}"]
-    subprocess.run([*words, *targets], check=True, capture_output=True, text=True)
+    command = ["make", "-s", "-j2", "-C", str(FOLDER), f"BUILD={folder}"]
+    subprocess.run([*command, *targets], check=True, capture_output=True, text=True)
     return folder
 
 
@@ -58,16 +58,16 @@ def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
         # the firmware allocates no memory, but the fuzzer itself needs ever more memory on a slow machine
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
         options.append(f"-artifact_prefix={folder}/")
-        words = [str(fuzzer), *options]
+        command = [str(fuzzer), *options]
     else:
-        words = [str(folder / f"{prefix}driver"), str(count), str(seed)]
+        command = [str(folder / f"{prefix}driver"), str(count), str(seed)]
     quick = os.environ | {"ASAN_OPTIONS": "malloc_context_size=1"}
     with tempfile.TemporaryDirectory() as found:  # the fuzzer writes new inputs to the first folder
         places = [found, str(corpus)] if fuzzer.exists() else [str(corpus)]
-        done = subprocess.run([*words, *places], env=quick, capture_output=True, text=True, check=False)
+        done = subprocess.run([*command, *places], env=quick, capture_output=True, text=True, check=False)
     if done.returncode:
         raise AssertionError(done.stderr[-4000:])
-    return Path(words[0]).name
+    return Path(command[0]).name
 
 
 # --- all three decoders get the same damaged lines
@@ -206,11 +206,11 @@ def noise(count: int, seed: int, folder: Path) -> int:
     return int(function(count, NOISE_LENGTH, seed))
 
 
-def main(words: list[str] | None = None) -> int:
+def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--inputs", type=int, default=10_000_000)
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args(words)
+    given = parser.parse_args(args)
     folder, part = build(), given.inputs // 20
     began = time.monotonic()
     name = firmware(6 * part, given.seed, folder)

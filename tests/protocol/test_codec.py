@@ -241,10 +241,10 @@ command = np.zeros(codec.FRAME_SIZE, np.uint8)
 size = codec.encode_force(command, 260, 3, -1.5)
 print(codec.feed(state, buffer, data, len(data), out), out[0].tolist(), bytes(command[:size]).hex())
 """
-    words = [sys.executable, "-c", program]
+    command = [sys.executable, "-c", program]
     said = {
         subprocess.run(
-            words, env=os.environ | {"NUMBA_DISABLE_JIT": flag}, capture_output=True, text=True, check=True
+            command, env=os.environ | {"NUMBA_DISABLE_JIT": flag}, capture_output=True, text=True, check=True
         ).stdout
         for flag in "01"
     }

@@ -31,9 +31,9 @@ def mutate(path: Path, chance: random.Random) -> str:
         return _bytes(path, chance)
     with sqlite3.connect(path) as database:
         database.execute("PRAGMA synchronous=OFF")
-        words = change(database, chance)
+        change_text = change(database, chance)
     database.close()
-    return words
+    return change_text
 
 
 def set_value(path: Path, table: str, row: int, name: str, value: object) -> None:

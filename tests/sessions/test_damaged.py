@@ -224,15 +224,15 @@ def test_control_characters_reach_neither_terminal_nor_window(path, capsys):
     )
     set_value(path, "event", 2, "what", hidden)
     assert "\\u001b[2J" in listed(path.parent, capsys)["bad.hapkit"]
-    for words in (["show", str(path)], ["show", str(path), "--json"]):
-        assert main(["sessions", *words]) == 0
+    for args in (["show", str(path)], ["show", str(path), "--json"]):
+        assert main(["sessions", *args]) == 0
         out = capsys.readouterr().out
         assert "\\u001b[2J" in out
         assert all(c.isprintable() or c == "\n" for c in out)
     found = overview(path)
-    shown = [found.device, *found.environments, *found.notes, *(words for _, words in found.markers)]
+    shown = [found.device, *found.environments, *found.notes, *(message for _, message in found.markers)]
     assert len(shown) == 4
-    assert all(words.isprintable() and "next" in words for words in shown)
+    assert all(message.isprintable() and "next" in message for message in shown)
 
 
 def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
@@ -351,10 +351,10 @@ def test_events_beyond_the_limit_are_skipped(path, monkeypatch):
     monkeypatch.setattr(session, "MOST_MARKERS", 1)
     with SessionWriter.whole(path.with_name("marked.hapkit")) as writer:
         made = table(100)
-        for words in ("a", "b"):
-            writer.note(Event(made[1, rows.HOST_TIME], MARKER, {"text": words}))
+        for text in ("a", "b"):
+            writer.note(Event(made[1, rows.HOST_TIME], MARKER, {"text": text}))
         writer.add(pack(made, QUANTUM, 0))
-    assert [words for _, words in overview(path.with_name("marked.hapkit")).markers] == ["a"]
+    assert [text for _, text in overview(path.with_name("marked.hapkit")).markers] == ["a"]
 
 
 def test_damaged_rows_beyond_the_limit_end_the_reading(path, monkeypatch):
@@ -481,7 +481,7 @@ def test_many_sessions_with_one_changed_value_go_through_every_command(path, who
         path.write_bytes(whole)
         what = mutate(path, random.Random(seed))
         before, begin = path.read_bytes(), time.process_time()
-        for words in (
+        for args in (
             ["list", str(path.parent)],
             ["show", str(path)],
             ["check", str(path)],
@@ -489,7 +489,7 @@ def test_many_sessions_with_one_changed_value_go_through_every_command(path, who
             ["export", str(path), "--output", str(path.with_name("a.csv"))],
             ["repair", str(path), "--output", str(whole_file)],
         ):
-            assert main(["sessions", *words]) in (0, 2), (seed, what)
+            assert main(["sessions", *args]) in (0, 2), (seed, what)
         if whole_file.exists():
             assert main(["sessions", "check", str(whole_file)]) == 0, (seed, what)
             whole_file.unlink()

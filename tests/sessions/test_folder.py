@@ -134,8 +134,8 @@ def test_a_failed_rename_leaves_the_old_name(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "words", [["rename", "a.hapkit"], ["rename"], ["show", "a.hapkit", "b"], ["where", "a", "b"]]
+    "args", [["rename", "a.hapkit"], ["rename"], ["show", "a.hapkit", "b"], ["where", "a", "b"]]
 )
-def test_too_few_or_too_many_names_are_one_line(words, capsys):
-    assert main(["sessions", *words]) == 2
+def test_too_few_or_too_many_names_are_one_line(args, capsys):
+    assert main(["sessions", *args]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -60,9 +60,9 @@ def test_environments_markers_and_changes_are_those_of_the_session(tmp_path):
     write(tmp_path / "a.hapkit", motion(1.0))
     found = overview(tmp_path / "a.hapkit")
     assert (found.device, found.environments) == ("Simulated Hapkit", ("wall", "spring"))
-    assert [words for _, words in found.markers] == ["a quarter"]
+    assert [text for _, text in found.markers] == ["a quarter"]
     assert found.markers[0][0] == pytest.approx(0.25)
-    assert [words for _, words in found.changes] == ["environment wall → spring", "environment spring → wall"]
+    assert [text for _, text in found.changes] == ["environment wall → spring", "environment spring → wall"]
     assert [when for when, _ in found.changes] == pytest.approx([0.5, 0.7])
     assert (found.samples, found.size) == (1000, (tmp_path / "a.hapkit").stat().st_size)
     assert found.seconds == pytest.approx(0.999)

@@ -37,9 +37,9 @@ def text(body="return -p.stiffness * x", state="", beside="", end=END):
     return f"{HEAD}\n\n{decorator}\ndef force(p, s, x, v, dt):\n{body}\n\n\n{textwrap.dedent(beside)}{end}"
 
 
-def line_of(whole, words):
+def line_of(whole, part):
     """Return the number of the first line that contains these words."""
-    return next(n for n, line in enumerate(whole.split("\n"), 1) if words in line)
+    return next(n for n, line in enumerate(whole.split("\n"), 1) if part in line)
 
 
 def write(folder, whole, name="mine.py"):

@@ -109,8 +109,8 @@ def test_printed_output_does_not_disturb_replies(tmp_path):
 def test_the_process_ends_with_its_parent(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))
     process = isolated.begin("hapkit_studio.workshop.function_process", str(tried.path))
-    words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
-    process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=PATIENCE)
+    requests = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
+    process.communicate("".join(json.dumps(w) + "\n" for w in requests).encode(), timeout=PATIENCE)
     assert process.returncode is not None
 
 

@@ -26,9 +26,9 @@ PACKAGE = {
 }
 
 
-def run(capsys, *words):
-    """Return (exit code, stdout, stderr) of `hapkit-studio run` with these words."""
-    code = main(("run", *words))
+def run(capsys, *args):
+    """Return (exit code, stdout, stderr) of `hapkit-studio run` with these arguments."""
+    code = main(("run", *args))
     return code, *capsys.readouterr()
 
 
@@ -131,10 +131,10 @@ def test_at_a_terminal_the_source_is_shown_before_consent(tmp_path, answer, code
     assert (tmp_path / "mark").exists() == (code == 0)
     assert (json.loads(out)["environment"] == "mine") if code == 0 else out == b""
     assert is_trusted(read(tmp_path / "mine.py")) == (code == 0)
-    words = shown.decode().replace("\r\n", "\n")
-    assert "pathlib.Path(" in words
-    assert "A law \\u001b[8mof\\u202e mine" in words
-    assert "\x1b" not in words
+    output = shown.decode().replace("\r\n", "\n")
+    assert "pathlib.Path(" in output
+    assert "A law \\u001b[8mof\\u202e mine" in output
+    assert "\x1b" not in output
 
 
 # --- own environments as a package
@@ -142,10 +142,10 @@ def test_at_a_terminal_the_source_is_shown_before_consent(tmp_path, answer, code
 
 def install(folder, **more):
     """Write the files of an installed package into a folder, as pip would."""
-    for name, words in {**PACKAGE, **more}.items():
+    for name, source in {**PACKAGE, **more}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(textwrap.dedent(words).lstrip("\n"), encoding="utf-8")
+        path.write_text(textwrap.dedent(source).lstrip("\n"), encoding="utf-8")
 
 
 @pytest.mark.slow

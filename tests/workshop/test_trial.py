@@ -106,9 +106,9 @@ def test_a_trial_leaves_no_files_and_ignores_neighbouring_files(tmp_path, monkey
 
 
 def test_an_invalid_verdict_is_a_problem():
-    for words in ("", "{}", "[]", "null", '{"problems": [1]}'):
+    for output in ("", "{}", "[]", "null", '{"problems": [1]}'):
         process = subprocess.Popen(
-            [sys.executable, "-c", f"print({words!r}, end='')"], stdout=subprocess.PIPE
+            [sys.executable, "-c", f"print({output!r}, end='')"], stdout=subprocess.PIPE
         )
         assert not trial.result(process).ok
 

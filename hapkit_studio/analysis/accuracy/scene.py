@@ -485,7 +485,7 @@ def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
 
     This is quick, because the earlier result contains the ideal's rates.
     """
-    rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
+    rates = {method: min(rate, LIVE_IDEAL) for method, rate in before.ideal.rates.items()}
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
     for place in question.places:
         way = place, question.options, question.spec(place.name)

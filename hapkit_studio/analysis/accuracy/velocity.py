@@ -72,8 +72,8 @@ _REASON = (
 def label(key: str, options: dict[str, float]) -> str:
     """Return a short label of an estimator with its options."""
     written = {"cutoff": "{:g} Hz", "noise": "{:g} count", "q": "q = {:g}"}
-    words = [written[name].format(value) for name, value in options.items() if name in written]
-    return " ".join([SHORT[key], *words])
+    parts = [written[name].format(value) for name, value in options.items() if name in written]
+    return " ".join([SHORT[key], *parts])
 
 
 def estimated(spec: tuple[str, dict[str, float]], signal: str, times: int = 1) -> Motion:

@@ -68,8 +68,8 @@ def settings(runner: BoardRunner) -> CheckResult:
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
-        words = "Nothing is stored on the board, so it uses the values of the usual kit."
-        return warn("not stored", words, "Run Set up my Hapkit.")
+        text = "Nothing is stored on the board, so it uses the values of the usual kit."
+        return warn("not stored", text, "Run Set up my Hapkit.")
     return passed(f"“{now.label}”, {kit.title if kit else 'another kit'}, stored on the board.")
 
 
@@ -81,8 +81,8 @@ def sensor(runner: BoardRunner) -> CheckResult:
     if noise > NOISY:
         return too_noisy(noise)
     if np.ptp(track.position) > 0.5e-3:
-        words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm although it should rest."
-        return warn("moving", words, "Take your hands off, put the kit on a level surface, and test again.")
+        text = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm although it should rest."
+        return warn("moving", text, "Take your hands off, put the kit on a level surface, and test again.")
     if np.any(track.flags & int(BoardFlag.SENSOR)):
         return warn("sensor", "Some readings are impossible.", "Check the sensor's plug and magnet.")
     return passed(
@@ -96,13 +96,13 @@ def stopping(runner: BoardRunner) -> CheckResult:
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
-        words, key = "The E-stop did not switch the motor off.", "stop"
+        text, key = "The E-stop did not switch the motor off.", "stop"
     elif silence_pwm or not silence_flags & BoardFlag.WATCHDOG:
-        words, key = "The motor did not switch off when the computer stopped sending.", "watchdog"
+        text, key = "The motor did not switch off when the computer stopped sending.", "watchdog"
     else:
         return passed(_STOPPING)
     remedy = "Disconnect the motor's power supply. Flash the firmware again, then test again."
-    return CheckResult(FAIL, words, remedy, key)
+    return CheckResult(FAIL, text, remedy, key)
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
@@ -145,14 +145,14 @@ def direction(runner: BoardRunner) -> CheckResult:
     """Check the direction by pushing both ways."""
     found = push_both_ways(runner)
     if found.agrees is False:
-        words = found.result.text + " A spring would push the handle away."
+        text = found.result.text + " A spring would push the handle away."
         remedy = "Run Set up my Hapkit, step Direction, or choose Flip direction in the menu Device."
-        return CheckResult(FAIL, words, remedy, "opposite")
+        return CheckResult(FAIL, text, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         friction = f"The dry friction ({runner.settings.coulomb:.2f} N, as stored) may hold the handle."
-        words = f"{found.result.text} {friction}"
+        text = f"{found.result.text} {friction}"
         remedy = f"{_FRICTION_REMEDY} If you find none of these: {found.result.remedy}"
-        return warn("no motion", words, remedy)
+        return warn("no motion", text, remedy)
     return found.result
 
 
@@ -169,19 +169,19 @@ def paddle(runner: BoardRunner) -> CheckResult:
     if not mass.determined:
         return warn("sweep", f"Mass: {mass.advice}", _SWEEP_REMEDY)
     damping = part["viscous"].value
-    words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
+    text = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
     if swept.board.dead_band != now.dead_band:
         remedy = "Small forces are too weak now. Run Set up my Hapkit, step Friction."
         return warn("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
     if dry.low > max(2.0 * now.coulomb, _MUCH_FRICTION):
-        return warn("friction", f"{words}; stored: {now.coulomb:.2f} N.", _FRICTION_REMEDY)
+        return warn("friction", f"{text}; stored: {now.coulomb:.2f} N.", _FRICTION_REMEDY)
     if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _MASS_TOLERANCE + mass.half / now.mass:
-        stored = f"{words}; stored: {1e3 * now.mass:.0f} g."
+        stored = f"{text}; stored: {1e3 * now.mass:.0f} g."
         changed = "The motor's strength or the handle has changed"
         remedy = f"{changed}: run Set up my Hapkit, steps Strength and Friction."
         return warn("mass", stored, remedy)
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
-    return passed(f"{words}; stored: {stored}.")
+    return passed(f"{text}; stored: {stored}.")
 
 
 def spring(runner: BoardRunner) -> CheckResult:
@@ -190,12 +190,12 @@ def spring(runner: BoardRunner) -> CheckResult:
     late = track.position[track.time > 1.2]
     size = float(np.ptp(late))
     if size > 1e-3:
-        words = (
+        text = (
             f"On a spring of {SPRING:.0f} N/m, the handle still moves by {1e3 * size:.1f} mm after a second."
         )
         return warn(
             "spring",
-            words,
+            text,
             "Lower the USB delay: set the latency timer to 1 ms, or let Set up my Hapkit fill the USB "
             "packets. Tighten the cable.",
         )
@@ -297,5 +297,5 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
             return CheckResult(WARN, str(error))
         except AbortedError as error:
             return warn("aborted", str(error), _SWEEP_REMEDY)
-    words = f"This computer was late {_TRIES} times, so the board switched the motor off, as it should."
-    return warn("late", words, "The kit is not the cause. Close other programs, then test again.")
+    text = f"This computer was late {_TRIES} times, so the board switched the motor off, as it should."
+    return warn("late", text, "The kit is not the cause. Close other programs, then test again.")

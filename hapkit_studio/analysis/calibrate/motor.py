@@ -82,26 +82,26 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
     rights, lefts = ([m for m in moved if m[0] * sign > 0.0] for sign in (1.0, -1.0))
     pushed = max((abs(force) for force, _ in pulses), default=0.0)
     if not moved:
-        words = f"Pulses up to {pushed:.1f} N did not move the handle."
+        text = f"Pulses up to {pushed:.1f} N did not move the handle."
         remedy = (
             "Is the motor's power supply on (12 V plug, not only USB)? Is the cable on the pulley, and not "
             "jammed? Is the handle free? If all this is right, press Look for a dead band in Set up my "
             "Hapkit, step Direction."
         )
-        return Direction(None, warn("no motion", words, remedy))
+        return Direction(None, warn("no motion", text, remedy))
     signs = {np.sign(force * moved_by) for force, moved_by in moved}
     if len(signs) > 1 or not rights or not lefts:
-        words = "The handle did not follow the pulses in both directions."
+        text = "The handle did not follow the pulses in both directions."
         remedy = (
             "Put the kit on a level surface, release the handle in the middle, and keep your hands off. Then "
             "push again."
         )
-        return Direction(None, warn("one way", words, remedy))
+        return Direction(None, warn("one way", text, remedy))
     farthest = 1e3 * max(abs(moved_by) for _, moved_by in moved)
     if signs == {-1.0}:
-        words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
+        text = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
         remedy = "You need not do anything: the motor is reversed now, and the test is repeated."
-        return Direction(False, warn("opposite", words, remedy))
+        return Direction(False, warn("opposite", text, remedy))
     return Direction(
         True, passed(f"The handle follows the force: it moved up to {farthest:.1f} mm in each direction.")
     )

@@ -24,13 +24,13 @@ class CheckResult:
         return self.level == PASS
 
 
-def passed(words: str) -> CheckResult:
-    return CheckResult(PASS, words)
+def passed(text: str) -> CheckResult:
+    return CheckResult(PASS, text)
 
 
-def failed(key: str, words: str, remedy: str) -> CheckResult:
-    return CheckResult(FAIL, words, remedy, key)
+def failed(key: str, text: str, remedy: str) -> CheckResult:
+    return CheckResult(FAIL, text, remedy, key)
 
 
-def warn(key: str, words: str, remedy: str) -> CheckResult:
-    return CheckResult(WARN, words, remedy, key)
+def warn(key: str, text: str, remedy: str) -> CheckResult:
+    return CheckResult(WARN, text, remedy, key)

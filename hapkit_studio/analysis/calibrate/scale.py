@@ -131,19 +131,19 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
             f"the radii give {1e6 * found.quantum / found.ratio:.2f}."
         )
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
-    words = f"Per count, the handle moves {found.ratio:.2f} × as far as computed from the radii."
+    text = f"Per count, the handle moves {found.ratio:.2f} × as far as computed from the radii."
     for factor, meaning in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
             return warn(
                 "diameter",
-                f"{words} {pulley:.1f} mm looks like {meaning}, not the pulley's radius.",
+                f"{text} {pulley:.1f} mm looks like {meaning}, not the pulley's radius.",
                 f"Enter {pulley * factor:.1f} mm for the pulley and press Use these radii, "
                 "or check the distances between the marks.",
             )
     return warn(
         "radius",
-        f"{words} Perhaps the handle is {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
+        f"{text} Perhaps the handle is {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
         f"Measure rh, rp and rs, or press Use this scale, which sets rh to {handle * found.ratio:.1f} mm.",
     )
 

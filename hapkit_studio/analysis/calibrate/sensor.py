@@ -131,11 +131,11 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
             "Check that the right kit is chosen, and that the magnet is straight.",
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
-        words = (
+        text = (
             "The sensor works. If you began at the left, the sensor counts in the wrong direction, and "
             "the next step corrects this."
         )
-        return CheckResult(PASS, words, key="inverted")
+        return CheckResult(PASS, text, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
     low, high = number(found.low, 0), number(found.high, 0)
     return passed(f"The sensor reads {low} to {high}{repeats}, over {1e3 * found.travel:.0f} mm.")

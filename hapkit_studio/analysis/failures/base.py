@@ -353,8 +353,8 @@ def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
     """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; the method works if rate < 0."""
-    words = f"the motion {'decays' if rate < 0.0 else 'grows'} at {with_unit(abs(rate), '1/s')}{more}"
-    return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
+    text = f"the motion {'decays' if rate < 0.0 else 'grows'} at {with_unit(abs(rate), '1/s')}{more}"
+    return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", text)
 
 
 def before_lost(x: np.ndarray, most: float) -> int:

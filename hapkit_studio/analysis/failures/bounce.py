@@ -71,9 +71,9 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
     wrong = with_unit(100.0 * error, "%", 2, sign=True)
-    words = f"a bounce multiplies the energy by {with_unit(gain, '', 4)}; the formula is wrong by {wrong}"
+    text = f"a bounce multiplies the energy by {with_unit(gain, '', 4)}; the formula is wrong by {wrong}"
     x, holds = 1e3 * (bounce_rows(lateness, case, 0.5)[:, rows.TRUE_POSITION] - WALL), abs(error) <= WITHIN
-    return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", words)
+    return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", text)
 
 
 def error(balance: float, label: str) -> base.Curve:

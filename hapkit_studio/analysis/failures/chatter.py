@@ -57,9 +57,9 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
     size, tail = peak_to_peak(friction, case)
     holds, shown = size <= FLICKER, compact(size, 2)
     steps = f"{shown} sensor step{'' if shown == '1' else 's'}"
-    words = f"the handle {'flickers' if holds else 'shakes'} by {steps}"
+    text = f"the handle {'flickers' if holds else 'shakes'} by {steps}"
     x = tail - tail.mean()
-    return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", words)
+    return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", text)
 
 
 def live(friction: float, case: base.Case) -> base.Live:

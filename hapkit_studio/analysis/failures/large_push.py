@@ -57,10 +57,10 @@ def probe(push: float, case: base.Case) -> base.Evidence:
         spring.CYCLES: "the oscillation shrinks for",
         spring.GROWS: "the oscillation grows for",
     }
-    words = f"{ends[word]} {with_unit(samples / case['rate'], 's', 2)}"
+    text = f"{ends[word]} {with_unit(samples / case['rate'], 's', 2)}"
     shown, most = 1e3 * x[: round(1.2 * samples)], 1e3 * float(np.abs(x).max())
     holds = word != spring.GROWS
-    return base.Evidence(shown, 1.0 / case["rate"], "position", "mm", holds, most, "mm", words)
+    return base.Evidence(shown, 1.0 / case["rate"], "position", "mm", holds, most, "mm", text)
 
 
 def edge(case: base.Case) -> float:

@@ -43,7 +43,7 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Release the handle a few counts from its equilibrium."""
     x, word, counts = swing(stiffness, case)
     buzz = f"the handle keeps buzzing by {with_unit(counts, 'counts', 2)}"
-    words = {spring.RESTS: "the handle comes to rest", spring.GROWS: "the motion grows", spring.CYCLES: buzz}[
+    text = {spring.RESTS: "the handle comes to rest", spring.GROWS: "the motion grows", spring.CYCLES: buzz}[
         word
     ]
     label = "position"
@@ -51,7 +51,7 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
         x = x[-round(SHOWN * case["rate"]) :]
         x, label = x - x.mean(), f"position in the last {with_unit(SHOWN, 's')}"
     holds = word == spring.RESTS
-    return base.Evidence(x, 1.0 / case["rate"], label, "counts", holds, counts, "counts", words)
+    return base.Evidence(x, 1.0 / case["rate"], label, "counts", holds, counts, "counts", text)
 
 
 def buzz(stiffness: float, case: base.Case) -> float:

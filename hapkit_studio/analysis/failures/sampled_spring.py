@@ -67,8 +67,8 @@ def plane(case: base.Case) -> Plane:
             holds = spring.evidence(where, (x - 1.0) * viscous, y * scale).holds
             outcomes[holds].append((x, y))
     points = [
-        Points(words, outcome, *np.array(outcomes[holds]).reshape(-1, 2).T)
-        for holds, outcome, words in (
+        Points(text, outcome, *np.array(outcomes[holds]).reshape(-1, 2).T)
+        for holds, outcome, text in (
             (True, STABLE, "simulation: decays"),
             (False, UNSTABLE, "simulation: grows"),
         )

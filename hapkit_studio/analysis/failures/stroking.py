@@ -58,9 +58,9 @@ def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evid
     counts = np.bincount(ridge - ridge.min())[1:-1]
     least = int(counts.min()) if len(counts) else len(place)
     peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
-    words = f"the worst ridge gets {least} {what}; the weakest ridge gives {peak} of its force"
+    text = f"the worst ridge gets {least} {what}; the weakest ridge gives {peak} of its force"
     force, step = out[:shown, rows.FORCE], 1.0 / case["rate"]
-    return base.Evidence(force, step, "force", "N", least >= WANTED, float(least), what, words, held=True)
+    return base.Evidence(force, step, "force", "N", least >= WANTED, float(least), what, text, held=True)
 
 
 def least_peak(out: np.ndarray, wavelength: float) -> float:

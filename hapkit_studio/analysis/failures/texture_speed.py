@@ -28,8 +28,8 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength
     holds = abs(frequency - there) <= TRUE_WITHIN * there
     felt, passed = with_unit(frequency, "Hz", 4), with_unit(there, "Hz", 4)
-    words = f"the force vibrates at {felt}; the ridges pass at {passed}"
-    return base.Evidence(force[:80], 1.0 / rate, "force", "N", holds, frequency, "Hz", words, held=True)
+    text = f"the force vibrates at {felt}; the ridges pass at {passed}"
+    return base.Evidence(force[:80], 1.0 / rate, "force", "N", holds, frequency, "Hz", text, held=True)
 
 
 def folded(speed: float, case: base.Case) -> float:

@@ -64,11 +64,11 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     felt = [int(np.count_nonzero(out[:, rows.FORCE])) for out in runs]
     least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
-    words = f"the worst throw gets {least} samples; the weakest throw gives {peak} of the force"
-    words += f"; the energy changes by up to {energy}"
+    text = f"the worst throw gets {least} samples; the weakest throw gives {peak} of the force"
+    text += f"; the energy changes by up to {energy}"
     force, step = 100.0 * runs[felt.index(least)][:, rows.FORCE] / PEAK, 1.0 / case["rate"]
     holds = least >= WANTED
-    return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", words, held=True)
+    return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", text, held=True)
 
 
 def theory(speed: float, case: base.Case) -> float:

@@ -188,10 +188,10 @@ def estimate(
     # a mass is positive, and friction does not push
     possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
     determined = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
-    words = {
+    texts = {
         "travel": f"{compact(1e3 * moved.travel, 2)} mm",
         "speed": f"{compact(1e3 * moved.speed, 2)} mm/s",
         "jolt": f"{compact(moved.jolt, 2)} m/s²",
     }
-    advice = "" if determined else f"Unknown. {term.advice.format(**words)}"
+    advice = "" if determined else f"Unknown. {term.advice.format(**texts)}"
     return Estimate(name, value, half, asked, expected, determined, advice)

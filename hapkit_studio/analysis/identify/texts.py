@@ -138,8 +138,8 @@ def lateness(part: Part, setup: Setup) -> str:
         return ""
     late = 0.5 / setup.rate + setup.delay  # half a period and the delay
     ms, took = f"{compact(1e3 * late, 3)} ms", f"{compact(spring.asked * late, 2)} N·s/m"
-    words = f"this removes a damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
-    return f"The force is constant for one period, so it is {ms} late on average: {words}"
+    text = f"this removes a damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
+    return f"The force is constant for one period, so it is {ms} late on average: {text}"
 
 
 def noisy(noise: float, setup: Setup) -> str:

@@ -361,14 +361,14 @@ def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str
 
 def line_texts(plane: Plane, key: str) -> tuple[str, str]:
     """Return a line's name and meaning for this plane."""
-    name, words = LINES[key]
+    name, text = LINES[key]
     if key == "simple" and rule_is_optimistic(plane):
-        return f"{name} (too optimistic here)", words
+        return f"{name} (too optimistic here)", text
     if key == "measured" and plane.points is not None:
         name = plane.points.name
-        words = f"{words}; below this line, the motion does not grow" if plane.points.controller else words
-        words += ", with friction" if plane.points.real else ""
-    return name, words
+        text = f"{text}; below this line, the motion does not grow" if plane.points.controller else text
+        text += ", with friction" if plane.points.real else ""
+    return name, text
 
 
 def rule_is_optimistic(plane: Plane) -> bool:

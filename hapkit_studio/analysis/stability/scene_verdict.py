@@ -73,7 +73,7 @@ class Verdict:
     @property
     def lines(self) -> tuple[str, ...]:
         """Return a sentence for each hand, such as "In your hand, the handle is stable."."""
-        return tuple(words for words, *_ in self.signed)
+        return tuple(text for text, *_ in self.signed)
 
     @property
     def signed(self) -> tuple[tuple[str, str, str], ...]:

@@ -57,7 +57,7 @@ def measure(
     person: bool | None = None,
     progress: Progress = no_progress,
     arrived: Arrived = lambda damping, point: None,
-    instruct: Callable[[str], object] = lambda words: None,
+    instruct: Callable[[str], object] = lambda text: None,
 ) -> result.ZWidth:
     """Return the Z-width of a running engine's device with its current loop.
 
@@ -158,10 +158,10 @@ class Person:
 
     @property
     def conditions(self) -> tuple[result.Condition, ...]:
-        words = f"{compact(self._least, 2)} to {compact(self._most, 2)} N"
+        text = f"{compact(self._least, 2)} to {compact(self._most, 2)} N"
         return (
             result.Condition("hand", result.PERSON, "Hand", "a person's hand"),
-            result.Condition("push", words, "Push", words),
+            result.Condition("push", text, "Push", text),
         )
 
     def begin(self) -> None:
@@ -169,13 +169,13 @@ class Person:
         end = time.monotonic() + _PATIENCE_SECONDS
         last_text = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
-            force, words = pressing_force(found, self._guarded.into), f"{ASK}."
+            force, text = pressing_force(found, self._guarded.into), f"{ASK}."
             if force > self._most:
                 push = self._guarded.limits.push
-                words = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
-            if words != last_text:
-                self._guarded.instruct(words)
-            last_text = words
+                text = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
+            if text != last_text:
+                self._guarded.instruct(text)
+            last_text = text
             if time.monotonic() > end:
                 raise Interrupted(
                     f"You did not press within {_PATIENCE_SECONDS:.0f} s. The measurement ended."

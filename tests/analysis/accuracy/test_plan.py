@@ -126,8 +126,8 @@ def test_the_orders_of_the_integrators_agree_with_theory():
 @pytest.mark.slow
 def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
     picture = str(tmp_path / "chart.png")
-    words = ["--methods", "servo", "contact", "--json", "--plot", picture, "--board"]
-    assert main(["accuracy", *words]) == 0
+    args = ["--methods", "servo", "contact", "--json", "--plot", picture, "--board"]
+    assert main(["accuracy", *args]) == 0
     found, *others = json.loads(capsys.readouterr().out)["methods"]
     assert len(found["rows"]) == 14
     # these methods do not run on the board, so they have no cycles

@@ -10,12 +10,12 @@ from hapkit_studio.cli import main
 @pytest.mark.slow
 def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_path):
     picture = tmp_path / "wall.png"
-    words = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]
-    assert main([*words, "--json", "--plot", str(picture)]) == 0
+    args = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]
+    assert main([*args, "--json", "--plot", str(picture)]) == 0
     found = json.loads(capsys.readouterr().out)
     assert [curve["rate_Hz"] for curve in found["curves"]] == [1000.0, 4000.0]
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert main(words) == 0
+    assert main(args) == 0
     out = capsys.readouterr().out
     assert "300 N/m up to 221 Hz" in out
     assert "300 N/m up to 886 Hz" in out
@@ -23,7 +23,7 @@ def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "said"),
     [
         ("--board-rate 4000", "--board-rate is for --device virtual-board"),
         ("--device /dev/ttyUSB9", "has no hand that could drive its handle"),
@@ -31,8 +31,8 @@ def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_pa
         ("--amplitude 1", "Amplitude must be between"),
     ],
 )
-def test_invalid_options_give_a_one_line_error(capsys, words, said):
-    assert main(["bode", "spring", *words.split()]) == 2
+def test_invalid_options_give_a_one_line_error(capsys, options, said):
+    assert main(["bode", "spring", *options.split()]) == 2
     err = capsys.readouterr().err
     assert said in err
     assert err.count("\n") == 1

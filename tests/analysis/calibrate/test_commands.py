@@ -28,9 +28,9 @@ def port(kit):
     board.unplug()
 
 
-def run(capsys, *words):
+def run(capsys, *args):
     """Run a command; return its exit code, and its JSON output or its error message."""
-    code = cli.main([*words, "--json"])
+    code = cli.main([*args, "--json"])
     said = capsys.readouterr()
     return code, json.loads(said.out) if code != 2 else said.err
 
@@ -62,7 +62,7 @@ def test_a_file_is_applied(capsys, port, kit, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("args", "said"),
     [
         (["--kit", "nokit"], "There is no kit"),
         (["--from", "nowhere.toml"], "Cannot read"),
@@ -73,8 +73,8 @@ def test_a_file_is_applied(capsys, port, kit, tmp_path, monkeypatch):
         (["--springs", "100", "300", "--springs-known", "60"], "50 % or less"),
     ],
 )
-def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, words, said):
-    code, complaint = run(capsys, "calibrate", port, *words)
+def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, args, said):
+    code, complaint = run(capsys, "calibrate", port, *args)
     assert code == 2
     assert said in complaint
     assert complaint.count("\n") == 1
@@ -101,8 +101,8 @@ def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, mon
     kit = PaddleKit(torque=0.9 * 0.0183)
     monkeypatch.setattr(calibrate, "board_named", lambda key: kit)
     monkeypatch.setattr(sys, "stdin", Person(kit, (100.0, 300.0)))
-    words = ["calibrate", "port", "--springs", "300", "100", "--springs-known", "1", "--write"]
-    assert cli.main(words) == 0
+    args = ["calibrate", "port", "--springs", "300", "100", "--springs-known", "1", "--write"]
+    assert cli.main(args) == 0
     said = capsys.readouterr()
     assert said.err.index("100 N/m between the handle") < said.err.index("300 N/m between the handle")
     assert said.out.startswith("The motor gives 90 ± 2 % of the force that was set")
@@ -110,7 +110,7 @@ def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, mon
     (file,) = (tmp_path / calibration_file.FOLDER).glob("*.toml")
     assert "# Strength: The motor gives 90 ± 2 %" in file.read_text(encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", Person(kit, ()))
-    assert cli.main(words) == 2
+    assert cli.main(args) == 2
     assert "in a terminal" in capsys.readouterr().err
 
 

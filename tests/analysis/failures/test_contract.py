@@ -90,8 +90,8 @@ def test_without_a_key_it_is_a_table_of_all(capsys):
 @pytest.mark.slow
 def test_one_failure_is_printed_with_its_options_another_trial_and_a_picture(capsys, tmp_path):
     path = tmp_path / "broken.png"
-    words = ("break-it", "course", "-p", "method=explicit_euler", "--at", "0.001", "--plot", str(path))
-    assert main(words) == 0
+    args = ("break-it", "course", "-p", "method=explicit_euler", "--at", "0.001", "--plot", str(path))
+    assert main(args) == 0
     out = capsys.readouterr().out
     assert "limit: step 0.7692 ms" in out
     assert "1 ms fails: the motion grows at 0.075 1/s" in out

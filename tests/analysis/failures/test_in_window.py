@@ -35,8 +35,8 @@ def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_
 
 
 def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
-    for share, words in ((0.96, "the handle comes to rest."), (1.04, "the handle keeps oscillating.")):
-        assert live("large_push", share).advice.endswith(words)
+    for share, text in ((0.96, "the handle comes to rest."), (1.04, "the handle keeps oscillating.")):
+        assert live("large_push", share).advice.endswith(text)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
     # the grip of 200 N/m has to pull with the motor's limit of 3 N, so the pointer is 15 mm ahead of the
     # handle

@@ -89,7 +89,7 @@ def test_every_integrator_has_its_region_and_every_scene_its_point():
                 inside, outside = (np.abs(field.x - share * x).argmin() for share in (0.9, 1.1))
                 if field.x[1] < 0.9 * x and 1.1 * x < field.x[-2]:
                     assert field.z[row, inside] <= 1.0 < field.z[row, outside]
-        assert {words for _, _, words in panel.marks} == {"Mass–spring–damper", "Puck"}
+        assert {text for _, _, text in panel.marks} == {"Mass–spring–damper", "Puck"}
     (x, y, _), *_ = (mark for mark in plane.panels[0].marks if mark[2] == "Mass–spring–damper")
     # this is the scene's point: 2 kg on 800 N/m with 1 N·s/m at 1 kHz
     assert (x, y) == pytest.approx((0.02, 1.0 / 80.0))

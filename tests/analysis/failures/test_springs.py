@@ -73,10 +73,10 @@ def test_filtered_damping_lowers_the_stable_stiffness():
 
 def test_a_case_without_limit_is_reported():
     """No damping stabilises 5,000 N/m; a handle of 1 kg is stable with any damping."""
-    for given, limit, words in (
+    for given, limit, text in (
         ({"stiffness": 5000.0}, 0.0, "every value fails"),
         ({"mass": 1.0}, math.inf, "every value works"),
     ):
         assert WORSE.limit(WORSE.case(given)) == limit
-        with pytest.raises(ParameterError, match=words):
+        with pytest.raises(ParameterError, match=text):
             show(WORSE, given)

@@ -196,7 +196,7 @@ def test_plot_columns_are_in_si_units(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         (
             "t_ms;x_mm;F\n0;0;0\n1;0;0\n1;0;0\n",
@@ -209,13 +209,13 @@ def test_plot_columns_are_in_si_units(tmp_path):
         ("t_ms;x_mm;G\n0;0;0\n1;0;0\n", "has no column F for the force"),
     ],
 )
-def test_invalid_recordings_give_a_one_line_error(tmp_path, capsys, text, words):
+def test_invalid_recordings_give_a_one_line_error(tmp_path, capsys, text, message):
     path = tmp_path / "lab.csv"
     path.write_text(text)
     assert main(["identify", str(path), *NAMED]) == 2
     err = capsys.readouterr().err
     assert err.count("\n") == 1
-    with pytest.raises(ParameterError, match=words):
+    with pytest.raises(ParameterError, match=message):
         api.open_recording(path, {"time": TableColumn("t_ms", "ms"), "position": TableColumn("x_mm", "mm"),
                                   "force": TableColumn("F", "mN")})  # fmt: skip
 

@@ -65,13 +65,13 @@ def damaged(saved, change):
     return saved
 
 
-def first_as(words):
-    """Return a function that replaces the first cell of a row with ``words``."""
-    return lambda row: words + row[row.index(",") :]
+def first_as(text):
+    """Return a function that replaces the first cell of a row with ``text``."""
+    return lambda row: text + row[row.index(",") :]
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "text"),
     [
         (lambda _, names, rows: ["# {broken", names, *rows], "settings in the first line"),
         (lambda _, names, rows: ["# {" + '"a":[' * 4000, names, *rows], "settings in the first line"),
@@ -108,9 +108,9 @@ def first_as(words):
         ),
     ],
 )
-def test_a_file_that_is_not_a_recording_is_refused_in_one_line(saved, change, words):
+def test_a_file_that_is_not_a_recording_is_refused_in_one_line(saved, change, text):
     assert len(lines_of(saved)[0]) == 19
-    with pytest.raises(ParameterError, match=words) as raised:
+    with pytest.raises(ParameterError, match=text) as raised:
         from_csv(damaged(saved, change))
     assert "\n" not in str(raised.value)
     assert "run.csv" in str(raised.value)

@@ -206,7 +206,7 @@ def test_an_irregular_oscillation_is_reported_as_such():
 
 
 @pytest.mark.parametrize(
-    ("push", "sign", "words"),
+    ("push", "sign", "text"),
     [
         (math.inf, ("check", "ok"), "In your hand, the handle is stable."),
         (
@@ -217,11 +217,11 @@ def test_an_irregular_oscillation_is_reported_as_such():
         (0.0, ("cross", "danger"), "In your hand, the handle buzzes by itself at 24 Hz (±1 mm)."),
     ],
 )
-def test_an_oscillation_after_a_knock_is_a_warning_and_a_spontaneous_one_a_danger(push, sign, words):
+def test_an_oscillation_after_a_knock_is_a_warning_and_a_spontaneous_one_a_danger(push, sign, text):
     swing = Lasting(1e-3, 24.0)
     does = Behaviour(push, swing, swing, (24.0, 24.0)) if push < math.inf else Behaviour()
     assert does.sign == sign
-    assert does.sentence(in_hand=True).endswith(words)
+    assert does.sentence(in_hand=True).endswith(text)
 
 
 def test_a_repelled_handle_is_reported_as_such():
@@ -233,10 +233,10 @@ def test_a_repelled_handle_is_reported_as_such():
     )
 
 
-@pytest.mark.parametrize(("most", "words"), [(2.04e-3, "±2 mm"), (2.06e-3, "±2 to ±2.1 mm")])
-def test_amplitudes_are_a_range_only_if_they_differ_as_shown(most, words):
+@pytest.mark.parametrize(("most", "text"), [(2.04e-3, "±2 mm"), (2.06e-3, "±2 to ±2.1 mm")])
+def test_amplitudes_are_a_range_only_if_they_differ_as_shown(most, text):
     does = Behaviour(1e-3, Lasting(2e-3, float("nan")), Lasting(most, float("nan")))
-    assert does.sentence(in_hand=True).endswith(f"buzz ({words}).")
+    assert does.sentence(in_hand=True).endswith(f"buzz ({text}).")
 
 
 def test_coexisting_limit_cycles_are_reported_as_a_range():

@@ -16,9 +16,9 @@ FILTER = "Low-pass filtered difference, cutoff 35.5 Hz"
 LATE = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir:cutoff=35.5", "-K", "620", "-B", "2")
 
 
-def run(capsys, *words):
+def run(capsys, *args):
     try:
-        code = main(("stability", *words))
+        code = main(("stability", *args))
     except SystemExit as end:
         code = end.code
     out, err = capsys.readouterr()
@@ -34,8 +34,8 @@ def test_the_margin_is_the_first_line(capsys):
         "After you let go, the handle is stable, 1.4 × below"
     )
     assert FILTER in out
-    for words in ("Exact", "Simple rule", "Passive", "firm grip 6,023.3"):
-        assert words in out
+    for text in ("Exact", "Simple rule", "Passive", "firm grip 6,023.3"):
+        assert text in out
     assert "measured" not in out
 
 
@@ -90,18 +90,18 @@ def drawn(tmp_path, monkeypatch):
         Text, "draw", lambda self, *a, **k: (said.append(self.get_text()), draw(self, *a, **k))[1]
     )
 
-    def words(found, **more):
+    def texts(found, **more):
         said.clear()
         charts.stability_figure(found, tmp_path / "map.png", **more)
         return said
 
-    return words
+    return texts
 
 
 @pytest.mark.slow
 def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     setting = LoopSettings(viscous=0.18, delay=1e-3, estimator="iir")
-    words = drawn(plane(setting, 620.0, 2.0))
+    texts = drawn(plane(setting, 620.0, 2.0))
     wanted = {
         "grows after a small push, no hand",
         "stable, no hand",
@@ -109,9 +109,9 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
         "× 1.4",
     }
     wanted |= {"Simple rule (too optimistic here)", "620 N/m, 2.0 N·s/m"}
-    assert wanted <= set(words)
-    assert "Stiffness 1.4 × below the limit (no hand)." in words
-    below = " ".join(words).replace("\u00a0", " ").replace("\n", " ")
+    assert wanted <= set(texts)
+    assert "Stiffness 1.4 × below the limit (no hand)." in texts
+    below = " ".join(texts).replace("\u00a0", " ").replace("\n", " ")
     for said in (FILTER, "Limit, no hand 867 N/m", "Limit, firm grip 6,023 N/m"):
         assert said in below
     for said in (
@@ -120,7 +120,7 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
         "Exact boundary: from the roots of the sampled loop",
     ):
         assert said in below
-    assert "Measured boundary" not in words
+    assert "Measured boundary" not in texts
 
 
 @pytest.mark.slow
@@ -129,12 +129,12 @@ def test_the_figure_shows_the_measurement(drawn):
     some = np.linspace(0.0, found.width, 3)
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, True, True)
-    words = drawn(replace(found, points=points, cells=cells))
+    texts = drawn(replace(found, points=points, cells=cells))
     wanted = {"Bounded to ±2.3 mm", "Friction stops sensor buzz", "comes to rest, no hand"}
-    assert wanted | {"keeps moving without growing", "grows, no hand"} <= set(words)
+    assert wanted | {"keeps moving without growing", "grows, no hand"} <= set(texts)
     said = "found by simulations on both sides; below this line, the motion does not grow, with friction"
-    assert said in " ".join(words).replace("\u00a0", " ").replace("\n", " ")
-    assert "stable, no hand" not in words
+    assert said in " ".join(texts).replace("\u00a0", " ").replace("\n", " ")
+    assert "stable, no hand" not in texts
 
 
 @pytest.mark.slow
@@ -162,9 +162,9 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
     figure = new_figure(tmp_path / "map.png", (8.84, 6.36))
     dot = charts.draw(figure, colors(), charts.Map(found, hands=hands))
     figure.draw_without_rendering()
-    frame = dot.words.axes.get_window_extent()
-    for words in (w for w in figure.axes[0].texts if w.get_text()):
-        box = words.get_window_extent()
+    frame = dot.label.axes.get_window_extent()
+    for label in (w for w in figure.axes[0].texts if w.get_text()):
+        box = label.get_window_extent()
         assert frame.x0 < box.x0 < box.x1 < frame.x1
         assert frame.y0 < box.y0 < box.y1 < frame.y1
         for line in figure.axes[0].lines[:-1]:  # matplotlib's last line is the dot
@@ -194,11 +194,11 @@ def test_a_removed_option_gives_a_one_line_error(capsys, removed):
 
 @pytest.mark.slow
 def test_the_worst_of_all_hands_is_printed(capsys, tmp_path):
-    words = ("--viscous", "0.4", "--delay", "0.001", "--to", "2", "-B", "0", "--hands")
-    code, out, err = run(capsys, *words, "--plot", str(tmp_path / "hands.png"))
+    args = ("--viscous", "0.4", "--delay", "0.001", "--to", "2", "-B", "0", "--hands")
+    code, out, err = run(capsys, *args, "--plot", str(tmp_path / "hands.png"))
     assert (code, err) == (0, "")
     assert "Scientific Reports 5:18004, 2015, fig. 3\n" in out
     assert "J. Biomechanical Engineering 119(1), 1997 (from memory)" in out
-    found = json.loads(run(capsys, *words, "--json")[1])["hand_family"]
+    found = json.loads(run(capsys, *args, "--json")[1])["hand_family"]
     assert min(found["people"]) > (0.4 + min(hand["damping"][0] for hand in found["known"])) / 1.5e-3
     assert "not linear" in run(capsys, "--hands", "--estimator", "foaw")[2]

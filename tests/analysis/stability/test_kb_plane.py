@@ -105,9 +105,9 @@ def test_the_limit_of_a_sketch_is_that_of_a_force_with_a_period_of_delay(rate, v
 
 def test_a_sketch_states_limit_and_verdict():
     found = on_board.sketch_verdict(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
-    words = on_board.sketch_text(found, 1000)
-    assert words.startswith("At 1,000 Hz, with one period of delay: In your hand, a push of more than ")
-    assert words.endswith(f" is above the limit of {found.margins['medium'].limit:,.0f} N/m in your hand.")
+    text = on_board.sketch_text(found, 1000)
+    assert text.startswith("At 1,000 Hz, with one period of delay: In your hand, a push of more than ")
+    assert text.endswith(f" is above the limit of {found.margins['medium'].limit:,.0f} N/m in your hand.")
     assert not found.calm
     free = environments.named("free")
     found = on_board.sketch_verdict(free, free.values(), BOARD, 1000, "difference")

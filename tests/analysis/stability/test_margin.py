@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.margin import Margin, height, nice_width, 
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "limit", "hand", "words"),
+    ("stiffness", "limit", "hand", "text"),
     [
         (620.0, 867.0, "released", "Stiffness 1.4 × below the limit (no hand)."),
         (620.0, 3360.0, "medium", "Stiffness 5.4 × below the limit (medium grip)."),
@@ -31,12 +31,12 @@ from hapkit_studio.analysis.stability.margin import Margin, height, nice_width, 
         ),
     ],
 )
-def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, words):
-    assert sentence(Margin(stiffness, 2.0, limit, hand)) == words
+def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, text):
+    assert sentence(Margin(stiffness, 2.0, limit, hand)) == text
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "limit", "words"),
+    ("stiffness", "limit", "text"),
     [
         (200.0, 256.0, "Stiffness 1.3 × below the limit (no hand). Stable again from 341 to 1,562 N/m."),
         (
@@ -54,9 +54,9 @@ def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, word
         ),
     ],
 )
-def test_the_sentence_states_further_stable_intervals(stiffness, limit, words):
+def test_the_sentence_states_further_stable_intervals(stiffness, limit, text):
     margin = Margin(stiffness, 3.2, limit, again=((341.0, 1562.0),))
-    assert sentence(margin) == words
+    assert sentence(margin) == text
     assert margin.stable == (stiffness < limit or stiffness == 342.0)
 
 

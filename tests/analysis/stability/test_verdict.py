@@ -138,11 +138,11 @@ def test_every_unstable_run_gets_a_warning(stiffness, calm):
 
 
 @pytest.mark.parametrize(
-    ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "nothing presses the handle")]
+    ("share", "text"), [(0.99, "1.01 × below the limit"), (1.01, "nothing presses the handle")]
 )
-def test_a_released_handle_does_not_press_an_object(share, words):
+def test_a_released_handle_does_not_press_an_object(share, text):
     scene, loop = environments.named("puck"), LoopSettings()
     stiffness = share * contact_limit(loop, "puck", scene.values())
     found = verdict(VerdictInput(scene, scene.values({"contact_stiffness": stiffness}), loop))
     assert found.does["released"].calm
-    assert words in found.lines[-1]
+    assert text in found.lines[-1]

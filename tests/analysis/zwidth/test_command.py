@@ -12,8 +12,8 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 
-def run(capsys, *words):
-    code = main(("zwidth", *words))
+def run(capsys, *args):
+    code = main(("zwidth", *args))
     out, err = capsys.readouterr()
     return code, out, err
 
@@ -62,9 +62,9 @@ def measured(monkeypatch):
 
 @pytest.mark.slow
 def test_a_device_gets_the_options_and_is_closed(capsys, measured):
-    words = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
-    words += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"
-    code, _, err = run(capsys, *words.split())
+    args = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
+    args += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"
+    code, _, err = run(capsys, *args.split())
     assert (code, err) == (0, "")
     assert measured["levels"] == (0.0, 1.0)
     assert measured["limits"] == TrialLimits(max_force=1.5, push=0.5, hit=0.05)
