@@ -260,17 +260,17 @@ class CodeEdit(QPlainTextEdit):
     @property
     def marks(self) -> dict[int, str]:
         """Return the problems by current line number, from 1."""
-        return {block.blockNumber() + 1: words for block, words in _unchanged(self._marks)}
+        return {block.blockNumber() + 1: note for block, note in _unchanged(self._marks)}
 
     @property
     def remarks(self) -> dict[int, str]:
         """Return the remarks by line, as in ``marks``."""
-        return {block.blockNumber() + 1: words for block, words in _unchanged(self._remarks)}
+        return {block.blockNumber() + 1: note for block, note in _unchanged(self._remarks)}
 
     def mark(self, problems: Iterable[tuple[int, str]], remarks: Iterable[tuple[int, str]] = ()) -> None:
         """Replace all marks. A line after the end of the text means its last line; line 0 marks no line."""
         self._marks, self._remarks = (
-            [_note(self.block(line), words) for line, words in given if line > 0]
+            [_note(self.block(line), note) for line, note in given if line > 0]
             for given in (problems, remarks)
         )
         self._show_lines()
@@ -342,12 +342,12 @@ class CodeEdit(QPlainTextEdit):
         metrics = painter.fontMetrics()
         for notes, token, sign in ((self._remarks, "warn", "! "), (self._marks, "danger", "✕ ")):
             painter.setPen(theme.color(token))
-            for block, words in _unchanged(notes):
+            for block, note in _unchanged(notes):
                 box = self.box(block)
                 left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
                 room = self.viewport().width() - left - 8
                 if room >= _LEAST_WORDS:
-                    text = metrics.elidedText(sign + words, Qt.TextElideMode.ElideRight, int(room))
+                    text = metrics.elidedText(sign + note, Qt.TextElideMode.ElideRight, int(room))
                     middle = box.top() + (box.height() + metrics.capHeight()) / 2
                     painter.drawText(QPointF(left, middle), text)
 

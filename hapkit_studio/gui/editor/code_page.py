@@ -59,21 +59,21 @@ class MessageLine(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setMinimumHeight(_HEIGHT)
         self.tone = ""
-        self.sign, self.words, self.busy = Sign(20), label(), QProgressBar()
-        self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.sign, self.label, self.busy = Sign(20), label(), QProgressBar()
+        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.busy.setRange(0, 0)
         self.busy.setFixedWidth(72)
         self.busy.setAccessibleName("Working")
         self.buttons: list[QPushButton] = []
-        self._row = hbox(self.sign, self.busy, (self.words, 1), into=self, margins=(12, 4, 8, 4))
+        self._row = hbox(self.sign, self.busy, (self.label, 1), into=self, margins=(12, 4, 8, 4))
         self.show_text("")
 
     def show_text(
-        self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False
+        self, text: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False
     ) -> None:
         """Show a message in a tone ("", ok, warn, danger) with buttons, or a progress bar if ``busy``."""
         self.tone = tone
-        self.words.setText(words)
+        self.label.setText(text)
         self.busy.setVisible(busy)
         for old in self.buttons:
             self._row.removeWidget(old)
@@ -83,11 +83,11 @@ class MessageLine(QWidget):
         sign, color = _TONES[tone]
         self.sign.show_sign(sign, color)
         mark(self, "tone", tone)
-        mark(self.words, "ink", color)
+        mark(self.label, "ink", color)
 
-    def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
+    def _button(self, text: str, run: Callable[[], object]) -> QPushButton:
         # let Enter press this button, because Space pauses the plots
-        button = QPushButton(words, autoDefault=True)
+        button = QPushButton(text, autoDefault=True)
         button.clicked.connect(lambda: run())
         self._row.addWidget(button)
         button.show()
@@ -154,15 +154,15 @@ class CodePage(QWidget):
         """Return True if cycles are shown beside the lines."""
         return self.count.isChecked()
 
-    def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
+    def show_cycles(self, by_line: Mapping[int, float] | None, text: str) -> None:
         """Show each line's cycles beside it, and a message about the whole law; None removes the cycles."""
         self.code.count(by_line)
-        self.show_cycle_text(words)
+        self.show_cycle_text(text)
 
-    def show_cycle_text(self, words: str) -> None:
+    def show_cycle_text(self, text: str) -> None:
         """Replace the message about the whole law; the cycles beside the lines do not change."""
-        self.cycles.setText(words)
-        self.cycles.setVisible(bool(words))
+        self.cycles.setText(text)
+        self.cycles.setVisible(bool(text))
 
     @property
     def unsaved(self) -> bool:
@@ -182,8 +182,8 @@ class CodePage(QWidget):
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one undo step returns to the file's text
-            words = "Unsaved changes from last time were restored. Ctrl+Z returns to the saved file."
-            self.message.show_text(words, "warn")
+            message = "Unsaved changes from last time were restored. Ctrl+Z returns to the saved file."
+            self.message.show_text(message, "warn")
         else:
             delete_draft(path)
             self.message.show_text("")

@@ -273,8 +273,8 @@ class FileActions:
 
     def open(self) -> None:
         """Ask for any file; its source is shown before it is executed."""
-        words = "Open an environment", "Python files (*.py)"
-        choose_file(self._window, *words, lambda name: self._controller.bring(Path(name)))
+        labels = "Open an environment", "Python files (*.py)"
+        choose_file(self._window, *labels, lambda name: self._controller.bring(Path(name)))
 
     def reveal(self, path: Path) -> None:
         """Open a file's folder."""
@@ -291,12 +291,12 @@ class DeleteDialog(TextDialog):
     def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
         self._path, self._forget = path, forget
-        self.words = label("The file is moved to the trash, from which you can restore it.")
-        self.words.setMinimumWidth(360)
+        self.label = label("The file is moved to the trash, from which you can restore it.")
+        self.label.setMinimumWidth(360)
         self.keep, self.delete = QPushButton("Keep the file"), QPushButton("Move to the trash")
         self.keep.clicked.connect(self.close)
         self.delete.clicked.connect(self._delete)
-        self.column.addWidget(self.words)
+        self.column.addWidget(self.label)
         self.column.addLayout(hbox(None, self.keep, self.delete))
         self.keep.setFocus()
 
@@ -305,7 +305,7 @@ class DeleteDialog(TextDialog):
             self._forget(self._path)
             self.close()
         else:
-            self.words.setText(
+            self.label.setText(
                 f"The folder {self._path.parent} has no trash. Delete the file there with your file manager."
             )
             self.delete.hide()

@@ -56,14 +56,14 @@ def count(question: CycleRequest) -> Count:
         f"One call of the law takes about {program.usual:,.0f} cycles on the board, at most {program.most:,}."
     )
     if isinstance(found, str):
-        words = f"{cost} {found}"
+        text = f"{cost} {found}"
     else:
         share, most = 100.0 * found.share, board_plan.fastest(program)
-        words = (
+        text = (
             f"{cost} At {found.rate:,.0f} Hz, the law uses {share:.0f} % of the board's processor. The "
             f"fastest possible rate is {most:,.0f} Hz."
         )
-    return Count(question, program.cycles_by_line(), words)
+    return Count(question, program.cycles_by_line(), text)
 
 
 class Cycles(QObject):

@@ -110,8 +110,8 @@ class SourcePage(QWidget):
         self.leave.clicked.connect(self.left)
         head = QWidget()
         head.setObjectName("foreign")
-        words = vbox(self.title, self.ask, gap=2)
-        row = (Sign(24, "lock", "warn"), (words, 1), self.leave, self.run)
+        column = vbox(self.title, self.ask, gap=2)
+        row = (Sign(24, "lock", "warn"), (column, 1), self.leave, self.run)
         hbox(*row, into=head, margins=(12, 8, 12, 8), gap=12)
         vbox(head, rule(), (self.code, 1), into=self)
 

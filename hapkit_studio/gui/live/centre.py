@@ -92,9 +92,9 @@ class Toolbar(QWidget):
     def _fit_buttons(self) -> None:
         """Show all labels if they fit, otherwise icons; if these do not fit, hide less important buttons."""
         extra, used = (self.hold, self.release), self.layout()
-        for words, more in ((True, True), (False, True), (False, False)):
+        for labelled, more in ((True, True), (False, True), (False, False)):
             for button, name in self._names.items():
-                button.setText(name if words else "")
+                button.setText(name if labelled else "")
                 button.setVisible(
                     (more or button not in extra) and (button is not self.release or self._hand)
                 )

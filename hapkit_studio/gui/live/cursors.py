@@ -239,8 +239,8 @@ class CursorCard(QWidget):
             return
         if not self._read:
             self._read, self._samples = True, self._cursors.between()
-            found, words = slope(self._cursors, self._samples)
-            self.slope.setText(words)
+            found, text = slope(self._cursors, self._samples)
+            self.slope.setText(text)
             self.fitted.emit(found)
             apart = abs(times[1] - times[0])
             self.period.setText(f"1/Δt  {with_unit(1.0 / apart, 'Hz')}" if apart > 0.0 else "")

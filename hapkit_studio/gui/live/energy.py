@@ -75,11 +75,11 @@ class EnergyWatch(QObject):
         if self._calm() or self._shown / CHANGE < given < self._shown * CHANGE:
             return
         self._shown = given
-        words = f"The scene gave you {energy_text(given)} of extra energy"
+        text = f"The scene gave you {energy_text(given)} of extra energy"
         if self._studio.loop.controller:
-            self._show(words, _CANNOT, "warn")
+            self._show(text, _CANNOT, "warn")
         else:
-            self._show(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
+            self._show(text, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
 
 
 def energy_text(joules: float) -> str:

@@ -154,7 +154,7 @@ class LiveExport(QObject):
             return None
         begin, end = float(table.x[0]), float(table.x[-1])
         log = history.log(begin, end) if isinstance(history, Recorded) else self._log(begin, end)
-        marks = [(when - begin, words) for when, words in history.dividers if begin <= when <= end]
+        marks = [(when - begin, text) for when, text in history.dividers if begin <= when <= end]
         if isinstance(history, Recorded):
             date = history.session.date
         else:

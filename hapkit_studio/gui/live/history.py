@@ -294,7 +294,7 @@ class LiveHistory(Samples):
         self._tick, self._breaks, self._known = math.nan, [], frozenset()
         self.dividers, self.changes, self.begin = [], [-math.inf], -math.inf
 
-    def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
+    def divide(self, text: str, time: float | None = None, instead: float | None = None) -> None:
         """Add a labelled divider at a time in s, by default now; it replaces a divider at the same time.
 
         ``instead`` is the time of another divider that is removed. With an empty label, no divider is added.
@@ -302,7 +302,7 @@ class LiveHistory(Samples):
         at = self.now if time is None else time
         if len(self):
             others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
-            self.dividers = sorted([*others, (at, words)] if words else others)
+            self.dividers = sorted([*others, (at, text)] if text else others)
 
     def end_environment(self) -> None:
         """Mark all samples up to now as belonging to the previous environment."""

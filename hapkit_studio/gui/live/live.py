@@ -120,13 +120,13 @@ class Live(QObject):
             return None
         return environment.place(self._studio.values, new[:, rows.POSITION], new[:, rows.STATE :])
 
-    def note(self, words: str, instead: float | None = None) -> float:
+    def note(self, text: str, instead: float | None = None) -> float:
         """Add a divider at the current time and remove the one at ``instead`` in s.
 
         Return the new divider's time.
         """
         self._take()
-        self.history.divide(words, instead=instead)
+        self.history.divide(text, instead=instead)
         return self.history.now
 
     def _divide(self) -> None:
@@ -138,8 +138,8 @@ class Live(QObject):
         self._changing = True  # rows up to here belong to the previous environment
         self._take()
         last = self.history.before(self._studio.environment_since)
-        words = "" if self.replaying else self._studio.environment.title
-        self.history.divide(words, None if math.isnan(last) else last)
+        text = "" if self.replaying else self._studio.environment.title
+        self.history.divide(text, None if math.isnan(last) else last)
         self.history.end_environment()
         self._changing = True
 

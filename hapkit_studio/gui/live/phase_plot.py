@@ -115,11 +115,11 @@ class ForcePosition(QWidget):
 
     def _show_cycle(self) -> None:
         cycle = self.canvas.cycle() if self.felt.isChecked() and self._over_position else None
-        words = ""
+        text = ""
         if cycle is not None:
             way = "gives" if cycle.energy >= 0.0 else "takes"
-            words = f"The scene {way} {with_unit(abs(1e3 * cycle.energy), 'mJ', 2)} per cycle"
-        self.cycle.setText(words)
+            text = f"The scene {way} {with_unit(abs(1e3 * cycle.energy), 'mJ', 2)} per cycle"
+        self.cycle.setText(text)
 
     @property
     def _over_position(self) -> bool:
@@ -131,9 +131,9 @@ class ForcePosition(QWidget):
         if self.pane is None:
             self._take_theory()
 
-    def set_note(self, words: str) -> None:
+    def set_note(self, text: str) -> None:
         """Set the text that explains why a time plot in place of a force plot is empty; "" shows none."""
-        self._unseen = words
+        self._unseen = text
         self._show_note()
 
     def _show_note(self) -> None:

@@ -153,10 +153,10 @@ class Header(QWidget):
             if isinstance(part, QLabel):
                 part.setText(name)
 
-    def show_view(self, words: str, locked: bool) -> None:
+    def show_view(self, text: str, locked: bool) -> None:
         """Show the view's state, such as "Paused", and whether the axes are locked; "" hides the state."""
-        self.back.setText(words)
-        self.back.setVisible(bool(words))
+        self.back.setText(text)
+        self.back.setVisible(bool(text))
         self.unlock.setVisible(locked)
 
     def show_value(self, value: float) -> None:

@@ -69,7 +69,7 @@ class Recorded(History):
         """When each environment started: (time in s, key)."""
         self.markers = list(session.markers)
         changes = timed_changes(session.events, self.start, self.stop)
-        self.changed = [(self.start + after, words) for after, words in changes]
+        self.changed = [(self.start + after, text) for after, text in changes]
         """Other changes of settings during the recording: (time in s, description)."""
 
     @property

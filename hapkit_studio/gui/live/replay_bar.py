@@ -44,7 +44,7 @@ class SeekLine(QWidget):
         """Show a session of this duration in s, with its markers and changes as (time in s, text)."""
         self._seconds, self.markers, self.changes = seconds, markers, changes
         apart = seconds / _MOST_DRAWN if seconds else 1.0
-        self._drawn = list({when // apart: (when, words) for when, words in changes}.values())
+        self._drawn = list({when // apart: (when, text) for when, text in changes}.values())
         self.update()
 
     def show_time(self, seconds: float) -> None:
@@ -72,9 +72,7 @@ class SeekLine(QWidget):
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             near = [mark for mark in sorted([*self.markers, *self.changes])
                     if abs(self.place(mark[0]) - event.pos().x()) <= _NEAR]  # fmt: skip
-            QToolTip.showText(
-                event.globalPos(), "\n".join(f"{tenths(when)}  {words}" for when, words in near)
-            )
+            QToolTip.showText(event.globalPos(), "\n".join(f"{tenths(when)}  {text}" for when, text in near))
             return True
         return super().event(event)
 
@@ -104,7 +102,7 @@ class ReplayBar(QWidget):
     def __init__(self, replay: Replay, live: Live, parent: QWidget):
         super().__init__(parent)
         self._replay, self._live = replay, live
-        self.name, self.words, self.time = label(role="strong", wrap=False), hint(), label(wrap=False)
+        self.name, self.label, self.time = label(role="strong", wrap=False), hint(), label(wrap=False)
         self.back = self._button("step_back", "Go back by one picture (←) or by one sample (Shift+←)")
         self.play = self._button("pause", "Play or pause the replay (Space)")
         self.on = self._button("step_on", "Go forward by one picture (→) or by one sample (Shift+→)")
@@ -123,7 +121,7 @@ class ReplayBar(QWidget):
             self.name, 4, self.back, self.play, self.on, self.speed, (self.line, 1), self.time, self.leave,
             gap=6,
         )  # fmt: skip
-        vbox(row, self.words, into=card, margins=(14, 5, 8, 5), gap=2)
+        vbox(row, self.label, into=card, margins=(14, 5, 8, 5), gap=2)
         vbox(card, into=self, margins=(12, 0, 12, 12))
         self.back.clicked.connect(lambda: replay.step(-1))
         self.on.clicked.connect(lambda: replay.step(1))
@@ -145,7 +143,7 @@ class ReplayBar(QWidget):
             return
         self.name.setText(f"Replay: {one_line(history.session.path.stem)}")
         markers, changes = (
-            [(when - history.start, words) for when, words in marks]
+            [(when - history.start, text) for when, text in marks]
             for marks in (history.markers, history.changed)
         )
         self.line.show_session(self._replay.seconds, markers, changes)
@@ -159,8 +157,8 @@ class ReplayBar(QWidget):
         self.time.setText(f"{tenths(replay.time)} / {tenths(replay.seconds)}")
         self.speed.setCurrentIndex(SPEEDS.index(replay.speed))
         damage = replay.history.session.damage if replay.history is not None else ()
-        self.words.setText(" ".join((*damage, replay.refusal)).strip())
-        self.words.setVisible(bool(self.words.text()))
+        self.label.setText(" ".join((*damage, replay.refusal)).strip())
+        self.label.setVisible(bool(self.label.text()))
 
     def _show_play(self) -> None:
         paused = self._live.paused

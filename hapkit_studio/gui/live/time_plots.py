@@ -230,25 +230,25 @@ class TraceCanvas(Canvas):
         right, taken = box.right() - beside, []
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + beside
-            words = f"No data for {number(stop - start, 1)} s"
-            if left + _wide(words) + beside < min(self.pixel(stop, 0.0).x(), box.right()):
-                self.note(painter, left, box.center().y(), words, "warn")
-                taken.append(_label_box(left, box.center().y(), words))
+            text = f"No data for {number(stop - start, 1)} s"
+            if left + _wide(text) + beside < min(self.pixel(stop, 0.0).x(), box.right()):
+                self.note(painter, left, box.center().y(), text, "warn")
+                taken.append(_label_box(left, box.center().y(), text))
         lowest = box.bottom() - below + theme.px(_LETTERS)
         newest, ends = True, dict.fromkeys((box.top() + below, lowest), right)
-        for time, words in reversed(self.shown.dividers):
-            x, wide = self.pixel(time, 0.0).x(), _wide(words)
+        for time, text in reversed(self.shown.dividers):
+            x, wide = self.pixel(time, 0.0).x(), _wide(text)
             left = min(x + beside, right - wide) if newest else x + beside
             hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
             for tag in self._tag_boxes(box).values():
-                hidden |= {r: math.inf for r in hidden if tag.intersects(_label_box(left, r, words))}
+                hidden |= {r: math.inf for r in hidden if tag.intersects(_label_box(left, r, text))}
             row = min(hidden, key=hidden.__getitem__, default=0.0)
             # skip an older label that would overlap a newer one, a tag or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
                 ends[row] = min(left, x) - beside
-                ground = _label_box(left, row, words)
+                ground = _label_box(left, row, text)
                 painter.fillRect(ground & box, theme.color("plot", _GROUND))
-                self.note(painter, left, row, words, "ink2")
+                self.note(painter, left, row, text, "ink2")
                 taken.append(ground)
             newest = False
         return taken
@@ -358,15 +358,15 @@ class TraceCanvas(Canvas):
         self.note(painter, beside, next(free, rows[0]), text, trace.color)
 
 
-def _wide(words: str) -> float:
+def _wide(text: str) -> float:
     """Return the width in px of a label inside a plot."""
-    return QFontMetricsF(theme.font("label")).horizontalAdvance(words)
+    return QFontMetricsF(theme.font("label")).horizontalAdvance(text)
 
 
-def _label_box(left: float, row: float, words: str) -> QRectF:
+def _label_box(left: float, row: float, text: str) -> QRectF:
     """Return the box of a label; ``left`` is its left edge and ``row`` its base line, in px."""
     high = theme.px(_LETTERS)
-    return QRectF(left, row - high, _wide(words), high).adjusted(-3, -3, 3, 4)
+    return QRectF(left, row - high, _wide(text), high).adjusted(-3, -3, 3, 4)
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
@@ -517,8 +517,8 @@ class TimePlots(QWidget):
             header.show_view(self.view.status if canvas.first else "", self.view.locked and canvas.first)
             if not self.view.live.empty:
                 header.show_value(newest[header.plot.traces[-1].channel])
-                words = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
-                header.show_part(header.object, words)
+                text = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
+                header.show_part(header.object, text)
 
     def read_window(self) -> None:
         """Read the window from the history and adjust the value axes."""
@@ -545,7 +545,7 @@ class TimePlots(QWidget):
         found = seen.evaluated
         shown.evaluated = None if found is None else (found[0] - shown.zero, found[1] - shown.zero)
         event = [(view.zero, view.happened)] if view.happened else []
-        shown.dividers = [(time - shown.zero, words) for time, words in sorted([*seen.dividers, *event])]
+        shown.dividers = [(time - shown.zero, text) for time, text in sorted([*seen.dividers, *event])]
         shown.cursors = [time - shown.zero for time in self.cursors.times or ()]
         pointer = math.inf if shown.pointer is None else shown.zero + shown.pointer
         shown.pointed = seen.at(pointer) if pointer <= seen.now + width else None

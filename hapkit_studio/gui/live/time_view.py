@@ -104,9 +104,9 @@ class TimeView(QObject):
         self.locked = locked
         self.changed.emit()
 
-    def set_waiting(self, words: str, level: tuple[str, float] | None) -> None:
+    def set_waiting(self, text: str, level: tuple[str, float] | None) -> None:
         """Set the description of the event that a trigger waits for, and the trigger's level."""
-        self.waiting, self.level = words, level
+        self.waiting, self.level = text, level
         self.changed.emit()
 
     def set_span(self, seconds: float) -> None:

@@ -159,10 +159,10 @@ class Trigger(QObject):
         self._emit()
 
     def _emit(self) -> None:
-        level, scene, words, crossed = self.level, self._environment, "", None
+        level, scene, text, crossed = self.level, self._environment, "", None
         if self.armed:
             bare = scene is not None and level is None and not _has_contact(scene)
-            words = f"There is no contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
+            text = f"There is no contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
             crossed = level and (level.channel, self._crossed(level))
-        self._view.set_waiting(words, crossed)
+        self._view.set_waiting(text, crossed)
         self.changed.emit()

@@ -132,7 +132,7 @@ class MethodsPart(Part):
         sheet, plan = self.sheet, accuracy.plans()[self.choice.currentData()[0]]
         self.board = board = self.where.index == 1 and sheet is not None and sheet.boarded
         self.side.heading.setText(plan.title)
-        self.side.words.setText(plan.question)
+        self.side.label.setText(plan.question)
         self.where.setEnabled(sheet is None or sheet.boarded)
         self.bar.set_measured(sheet is not None)
         self.bar.export.setEnabled(sheet is not None)
@@ -295,10 +295,10 @@ class ScenePart(Part):
         self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(said)
 
-    def _offer(self, one: Option | None, words: str) -> None:
+    def _offer(self, one: Option | None, text: str) -> None:
         """Offer an option's methods for the loop, unless the loop uses them or the scene has no choice."""
         question = self.question()
-        self.use_button.setText(words)
+        self.use_button.setText(text)
         self.use_button.setEnabled(one is not None and one.options != question.options)
         self.use_button.setVisible(bool(question.choices))
 
@@ -381,11 +381,11 @@ class NeedsPart(Part):
         self.job.cancel()
         self.own = found
         self.choose_own.setText(USE_MINE if found is None else USE_LITERATURE)
-        words = _threshold_line(*THRESHOLDS[0])
+        text = _threshold_line(*THRESHOLDS[0])
         if found is not None:
             share = number(100.0 * found.weber.value, 0)
-            words = f"Force: you notice a difference of {share} %. {threshold_text(found)}"
-        self.force.setText(words)
+            text = f"Force: you notice a difference of {share} %. {threshold_text(found)}"
+        self.force.setText(text)
         self._results.clear()
         self.bar.set_measured(False)
         self._list()
@@ -439,7 +439,7 @@ class NeedsPart(Part):
             "\n".join(one.text for one in found.law)
             or "Leaving out a part of this law saves no computing time."
         )
-        self.side.words.setText(need_text(found, effect))
+        self.side.label.setText(need_text(found, effect))
         pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
         self.details.show_pairs(pairs)
 

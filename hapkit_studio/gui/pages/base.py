@@ -94,10 +94,10 @@ class Pairs(QWidget):
 class SidePanel(ScrollColumn):
     """A scrolling column that replaces the parameter panel."""
 
-    def __init__(self, title: str = "", words: str = ""):
+    def __init__(self, title: str = "", text: str = ""):
         super().__init__()
-        self.heading, self.words = label(title, "title"), hint(words)
-        self.add(self.heading, self.words)
+        self.heading, self.label = label(title, "title"), hint(text)
+        self.add(self.heading, self.label)
 
     def section(self, name: str) -> tuple[QFrame, QLabel]:
         """Add a horizontal line and a section heading; return these two widgets."""

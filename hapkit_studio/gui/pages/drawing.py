@@ -138,10 +138,10 @@ class Drawing(QWidget):
         self._draw_moving()
         self.canvas.blit(self.figure.bbox)
 
-    def read(self, event: "MouseEvent | None", words: str = "") -> None:
+    def read(self, event: "MouseEvent | None", text: str = "") -> None:
         """Show a tooltip at the pointer; hide it without an event or text."""
-        if event is not None and words:
-            QToolTip.showText(event.guiEvent.globalPosition().toPoint(), words, self.canvas)
+        if event is not None and text:
+            QToolTip.showText(event.guiEvent.globalPosition().toPoint(), text, self.canvas)
         else:
             QToolTip.hideText()
 

@@ -138,7 +138,7 @@ class IdentifyPage(MeasuringPage):
         self._file: tuple[Recording, Path] | None = None
         self._began, self._seconds = 0.0, 0.0
         self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
-        self.pieces = Segmented("Newest samples", tuple(words for _, words in PIECES))
+        self.pieces = Segmented("Newest samples", tuple(text for _, text in PIECES))
         self.pieces.show_index(1)
         self.parts = Segmented("Show values of", ("Scene", "Handle"))
         self.parts.show_index(0)
@@ -217,7 +217,7 @@ class IdentifyPage(MeasuringPage):
         self.found = found
         self._fresh.finish()
         self.show_part()
-        self.side.words.setText(
+        self.side.label.setText(
             f"The values are identified from the file “{self._source[1]}”." if self._file else self.about
         )
         used = ("Samples", f"{found.samples:,} in {found.end - found.begin:.1f} s")

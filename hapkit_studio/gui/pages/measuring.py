@@ -50,9 +50,9 @@ class RunBar(QWidget):
     run_pressed = Signal()
     export_pressed = Signal()
 
-    def __init__(self, job: Job, words: tuple[str, str] = ("Measure", "Measure again")):
+    def __init__(self, job: Job, labels: tuple[str, str] = ("Measure", "Measure again")):
         super().__init__()
-        self._job, self._words = job, words
+        self._job, self._labels = job, labels
         self._measured = False
         self.status = label(role="hint", wrap=False)
         # Space pauses the plots, so Enter is the key that presses this button
@@ -131,7 +131,7 @@ class RunBar(QWidget):
 
     def _refresh(self) -> None:
         running = self._job.running
-        self.run.setText("Cancel" if running else self._words[self._measured])
+        self.run.setText("Cancel" if running else self._labels[self._measured])
         mark(self.run, "primary", not running)
         self._row.activate()  # at once: while a chart is drawn, the longer text would be cut off
         self.progress.setRange(0, 0 if running else 1)

@@ -231,12 +231,12 @@ class ReviewDialog(TextDialog):
             places.append((f"At {number(replay.time, 2)} s of the recording", ("time", None)))
         places += [(f"Step {at}: {s.title}", ("step", at)) for at, s in enumerate(self._lesson.steps, 1)]
         if self.place.count() == len(places):
-            for at, (words, _) in enumerate(places):
-                self.place.setItemText(at, words)
+            for at, (text, _) in enumerate(places):
+                self.place.setItemText(at, text)
             return
         self.place.clear()
-        for words, data in places:
-            self.place.addItem(words, data)
+        for text, data in places:
+            self.place.addItem(text, data)
         self.place.setCurrentIndex(1 if shown else max(min(chosen, 0), 0))
 
     def closeEvent(self, event: "QCloseEvent") -> None:

@@ -207,7 +207,7 @@ class SessionsPage(Page):
         """Show a session's overview; with None, clear the overview."""
         self.chosen = found
         self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
-        self.side.words.setText(_folded(_overview_text(found), "hint", _WIDE) if found else _CHOOSE)
+        self.side.label.setText(_folded(_overview_text(found), "hint", _WIDE) if found else _CHOOSE)
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
@@ -328,8 +328,8 @@ class SessionsPage(Page):
 
     def _show_changed(self, changed: tuple[Path, str]) -> None:
         """Select a session that was changed, renamed or written, and report the change."""
-        path, words = changed
-        self.show_text(words)
+        path, text = changed
+        self.show_text(text)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
         if path.parent == folder():
             self._wanted = path
@@ -393,8 +393,8 @@ class SessionsPage(Page):
 
     def _arrange(self) -> None:
         other, reveal, into = (
-            QPushButton(words, autoDefault=True)
-            for words in ("Open…", "Show folder", "Choose the folder for recordings…")
+            QPushButton(part, autoDefault=True)
+            for part in ("Open…", "Show folder", "Choose the folder for recordings…")
         )
         into.setToolTip("Choose the folder for recordings")
         other.clicked.connect(self.ask_open)
@@ -404,8 +404,8 @@ class SessionsPage(Page):
         card = QFrame()
         card.setProperty("card", True)
         bar = hbox((self.search, 1), None, other, reveal, into, margins=(12, 7, 12, 7), gap=10)
-        for words in (self.status, self.empty):
-            words.setContentsMargins(16, 8, 16, 8)
+        for part in (self.status, self.empty):
+            part.setContentsMargins(16, 8, 16, 8)
         self.status.hide()
         listed = hbox(self.table, margins=(10, 0, 10, 0))
         vbox(
@@ -435,7 +435,7 @@ class SessionsPage(Page):
             self.show_text(f"The sessions are in {place}.")
 
 
-def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
+def _folded(text: str, role: str = "body", width: int = _VALUE) -> str:
     """Break words that are wider than ``width`` px into several lines."""
     metrics, most = QFontMetrics(theme.font(role)), theme.px(width)
 
@@ -447,7 +447,7 @@ def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
             lines[-1] += letter
         return "\n".join(lines)
 
-    return _LONG_WORD.sub(fold, words)
+    return _LONG_WORD.sub(fold, text)
 
 
 def _overview_text(found: Overview) -> str:
@@ -473,7 +473,7 @@ def _story(found: Overview) -> list[tuple[str, str]]:
     """Return the time and the description of each marker and each change of settings, sorted by time."""
     happened = sorted((*found.markers, *found.changes))
     more = len(happened) - _MOST_LINES
-    lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]
+    lines = [(f"{when:.2f} s", _folded(text)) for when, text in happened[:_MOST_LINES]]
     return (
         [*lines, ("", f"{more:,} more events: run “hapkit-studio sessions show” in a terminal to list them")]
         if more > 0

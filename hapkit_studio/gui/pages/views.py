@@ -78,7 +78,7 @@ class Views(QObject):
             page = self._pages[key] = self._library[key].build(self._studio, self._live)
             if not page.beside:
                 self._centre.add_page(page)
-            page.marked.connect(lambda words, key=key: self._show_mark(key, words))
+            page.marked.connect(lambda text, key=key: self._show_mark(key, text))
             page.view_wanted.connect(self.show)
             page.plot_wanted.connect(self._centre.phase.choose_channel)
             page.changed.connect(self._place_beside)
@@ -194,10 +194,10 @@ class Views(QObject):
         beside = (page for page in self._pages.values() if page.beside)
         self._show_beside(next((page for page in beside if page.stays or page is self._shown), None))
 
-    def _show_mark(self, key: str, words: str) -> None:
+    def _show_mark(self, key: str, text: str) -> None:
         index, title = self._index(key), self._library[key].title
-        self._bar.setTabText(index, f"{title} ●" if words else title)
-        self._bar.setTabToolTip(index, words)
+        self._bar.setTabText(index, f"{title} ●" if text else title)
+        self._bar.setTabToolTip(index, text)
 
     def _mark(self) -> None:
         index = self._index(LAW)

@@ -129,13 +129,13 @@ class ZWidthPage(MeasuringPage):
 
         return work
 
-    def _begin(self, words: str) -> None:
+    def _begin(self, text: str) -> None:
         self._asked, self._waits = False, True
         self._fresh[self._mode].begin()
         self.force.setEnabled(False)
         self.where.setEnabled(False)
         self._show(self.walls, pale=bool(self.walls.points))
-        self.answer.show_text(words, "hand", "accent")
+        self.answer.show_text(text, "hand", "accent")
 
     def show_point(self, damping: float, point: Point) -> None:
         """Add a new point; the first point of a measurement replaces the previous points."""
@@ -144,11 +144,11 @@ class ZWidthPage(MeasuringPage):
             self._waits = False
             self._show(Walls([*before, (damping, point)], right=_HIGHEST[self._mode]))
 
-    def show_step(self, words: str) -> None:
+    def show_step(self, text: str) -> None:
         """Show an instruction to the user."""
         self._asked = True
         if self.job.running:
-            self.answer.show_text(words, "hand", "accent")
+            self.answer.show_text(text, "hand", "accent")
 
     def show_trial(self) -> None:
         """Show the wall that is being tried; also describe it in words, unless an instruction is shown."""
@@ -253,8 +253,8 @@ class ZWidthPage(MeasuringPage):
         if not on:
             self._give_up("the view was left")
 
-    def _failed(self, words: str) -> None:
-        self.answer.show_text(words, "triangle", "danger")
+    def _failed(self, text: str) -> None:
+        self.answer.show_text(text, "triangle", "danger")
         self.bar.show_text("")
 
     def _join(self) -> None:

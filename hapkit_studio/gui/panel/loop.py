@@ -43,9 +43,9 @@ class ModelLine(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.words, self.switch = hint(), Segmented("Simulated parts", _MODEL_OPTIONS)
+        self.label, self.switch = hint(), Segmented("Simulated parts", _MODEL_OPTIONS)
         self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
-        vbox(self.words, self.switch, into=self, gap=4)
+        vbox(self.label, self.switch, into=self, gap=4)
 
     def show_model(self, environment: Environment, values: Values, model: str, modelled: bool) -> None:
         """Show the current model; the line is hidden for real hardware."""
@@ -55,7 +55,7 @@ class ModelLine(QWidget):
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
-        self.words.setText(
+        self.label.setText(
             f"Simulated: {_text(terms)}" if left_out else "All parts of the device are simulated"
         )
         self.switch.show_index(MODELS.index(model))

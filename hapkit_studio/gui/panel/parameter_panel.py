@@ -34,9 +34,9 @@ class Title(QLabel):
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText, wordWrap=True)
 
-    def show_text(self, words: str) -> None:
+    def show_text(self, text: str) -> None:
         """Change the title."""
-        self.setText(words)
+        self.setText(text)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -65,8 +65,8 @@ class PanelTitle(QWidget):
         self._studio = studio
         self.picture, self.title = Sign(24), Title()
         self.formula, self.explanation = label(), label(role="hint")
-        for words in (self.formula, self.explanation):
-            words.setTextFormat(Qt.TextFormat.RichText)
+        for part in (self.formula, self.explanation):
+            part.setTextFormat(Qt.TextFormat.RichText)
         self.help = QToolButton()
         self.help.setCheckable(True)
         self.help.setToolTip("Explain this environment")
@@ -96,12 +96,12 @@ class PanelTitle(QWidget):
     def show_explanation(self) -> None:
         """Show the first sentence, or the whole explanation while "?" is pressed."""
         environment = self._studio.environment
-        words = environment.explanation or environment.summary
-        first, *more = re.split(r"(?<=[.!?])\s+", words, maxsplit=1)
+        text = environment.explanation or environment.summary
+        first, *more = re.split(r"(?<=[.!?])\s+", text, maxsplit=1)
         self.explanation.setText(rich(first))
-        self.explanation.setVisible(bool(words))
+        self.explanation.setVisible(bool(text))
         self.help.setEnabled(bool(more))
-        self.whole.setText(rich(words))
+        self.whole.setText(rich(text))
         self._place_card()
 
     def _place_card(self) -> None:

@@ -208,17 +208,17 @@ class CompareDialog(FormDialog):
     def compare(self) -> None:
         """Show the settings that the preset would change; if it changes none, show the reason."""
         found: list[Difference] = []
-        words = "No preset is saved yet."
+        text = "No preset is saved yet."
         if self._found:
             try:
                 found = self._presets.compared(self._found[self.picker.currentText()])
-                words = "" if found else "The settings of this preset are already set."
+                text = "" if found else "The settings of this preset are already set."
             except ParameterError as error:
-                words = str(error)
+                text = str(error)
         self.table.show_differences(found)
         self.use.setEnabled(bool(found))
-        self.verdict.show_text(words)
-        self.verdict.setVisible(bool(words))
+        self.verdict.show_text(text)
+        self.verdict.setVisible(bool(text))
 
 
 class PresetRow(QWidget):
@@ -243,12 +243,12 @@ class PresetRow(QWidget):
         """Show the active preset and whether it was changed, or that no preset is active."""
         studio, chosen = self._studio, self._presets.chosen
         self.setVisible(bool(studio.environment.parameters))
-        words = DEFAULTS if studio.values == studio.environment.values() else OWN
+        text = DEFAULTS if studio.values == studio.environment.values() else OWN
         changed = self._presets.different
         kind = "Preset, changed" if changed else "Preset"
         self.name.setText(kind)
-        self.button.setText(chosen or words)
-        self.button.setAccessibleName(f"{kind}: {chosen or words}")
+        self.button.setText(chosen or text)
+        self.button.setAccessibleName(f"{kind}: {chosen or text}")
         lines = (
             ["Differences:", *map(str, differences(studio, settings_of(studio), changed))] if changed else []
         )
@@ -280,8 +280,8 @@ class PresetRow(QWidget):
         except ParameterError as error:
             return str(error)
 
-    def _add(self, words: str, do: Callable[[], object], tip: str = "") -> QAction:
-        action = self.menu.addAction(words)
+    def _add(self, text: str, do: Callable[[], object], tip: str = "") -> QAction:
+        action = self.menu.addAction(text)
         action.triggered.connect(lambda _on=False: do())
         action.setToolTip(plain_tip(tip))
         return action

@@ -108,7 +108,7 @@ class Facts(QWidget):
         grid.setHorizontalSpacing(10)
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 1)
-        self.columns = [[label(words, "fact", wrap=False) for words in (name, *ROWS)] for name in NAMES]
+        self.columns = [[label(text, "fact", wrap=False) for text in (name, *ROWS)] for name in NAMES]
         for column, labels in enumerate(self.columns, start=1):
             for row, part in enumerate(labels):
                 part.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -193,15 +193,15 @@ class RenderingSwitch(QWidget):
         if engine is not None and not self.isHidden():
             self._look_for_cheaper(engine)
 
-    def set_busy(self, words: str) -> None:
+    def set_busy(self, text: str) -> None:
         """Show the progress of a comparison; "" means that it has ended."""
-        self.switch.setEnabled(not words)
-        self.button.setText("Cancel" if words else "Compare computer and board")
-        self.show_message(words)
+        self.switch.setEnabled(not text)
+        self.button.setText("Cancel" if text else "Compare computer and board")
+        self.show_message(text)
 
-    def show_message(self, words: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show the result of a comparison until the settings change."""
-        self._message = words
+        self._message = text
         self.show_state()
 
     def show_state(self) -> None:

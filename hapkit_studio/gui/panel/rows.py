@@ -36,15 +36,15 @@ class ChoiceRow(QWidget):
     def __init__(self, choice: Choice, formula: str = ""):
         super().__init__()
         self.parameter, self._formula = choice, formula
-        words = choice.option_labels
+        labels = choice.option_labels
         self.label = label(choice.label)
         self.picker: Segmented | QComboBox
-        if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:
-            self.picker = Segmented(choice.label, words)
+        if len(labels) <= _MOST_SEGMENTS and sum(map(len, labels)) <= _MOST_LETTERS:
+            self.picker = Segmented(choice.label, labels)
             self.picker.chosen.connect(self._pick)
         else:
             self.picker = QComboBox()
-            self.picker.addItems(words)
+            self.picker.addItems(labels)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._pick)
         self.padlock = Sign(16, "lock")
@@ -77,9 +77,9 @@ class ChoiceRow(QWidget):
 def _label_text(parameter: Parameter) -> str:
     """Return label and symbol as HTML, with no line break before the symbol."""
     symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(parameter.symbol))
-    words = rich(parameter.label)
-    gap = "&nbsp;" if " " in words else " "
-    return f'{words}{gap}<i style="font-family: serif">{symbol}</i>' if symbol else words
+    text = rich(parameter.label)
+    gap = "&nbsp;" if " " in text else " "
+    return f'{text}{gap}<i style="font-family: serif">{symbol}</i>' if symbol else text
 
 
 class ParameterRow(QWidget):
@@ -141,9 +141,9 @@ class ParameterRow(QWidget):
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
         self._show_reset()
-        words = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
+        text = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
         for widget in (self, self.label, self.box, self.slider):
-            widget.setToolTip(words)
+            widget.setToolTip(text)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
         """Return the widgets at which the Tab key stops, in order."""

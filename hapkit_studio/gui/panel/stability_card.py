@@ -166,10 +166,10 @@ class StabilityCard(QWidget):
         self.facts = LoopFacts(studio, self)
         self._judged: CardResult | None = None
         self._room, self._mapped = True, False
-        self.verdict, self.words, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
+        self.verdict, self.label, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
         self.caption = hint()
         self.map.setToolTip(_REGIONS)
-        parts = self.verdict, self.words, self.drives, self.map, self.caption
+        parts = self.verdict, self.label, self.drives, self.map, self.caption
         vbox(label("Stability", "section"), *parts, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
@@ -241,10 +241,10 @@ class StabilityCard(QWidget):
         self.map.fade()
         self._show_no_verdict(JUDGING)
 
-    def _show_no_verdict(self, headline: str, words: str = "") -> None:
+    def _show_no_verdict(self, headline: str, text: str = "") -> None:
         self._judged = None
         self.show_map(self._room)
-        self.words.setText(words)
+        self.label.setText(text)
         self.verdict.show_text((headline, "circle", "ink2"))
         self.judged.emit(headline, "", "ink2")
         self._studio.note_ranges({})
@@ -256,7 +256,7 @@ class StabilityCard(QWidget):
         if answer.edge:
             self.map.show_answer(answer)
             self.caption.setText(caption(answer))
-        self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
+        self.label.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self.verdict.show_text(*verdict.signed)
         self.judged.emit(verdict.short, *verdict.sign)
         self._studio.note_ranges(answer.unstable_ranges)
@@ -277,14 +277,14 @@ class StabilityCard(QWidget):
         engine = self._studio.engine
         if engine is None:
             return ""
-        self.words.setToolTip(engine.device.latency.text if latency_timer(engine.device) else "")
+        self.label.setToolTip(engine.device.latency.text if latency_timer(engine.device) else "")
         delay = answer.question.asked.setting.delay
         return delay_reason(engine.device, delay - self._studio.loop.delay)
 
     def _show_drives(self) -> None:
-        words = self._studio.environment.drives
-        self.drives.setText(words)
-        self.drives.setVisible(bool(words))
+        text = self._studio.environment.drives
+        self.drives.setText(text)
+        self.drives.setVisible(bool(text))
 
     def _ask_soon(self) -> None:
         if not self._soon.isActive():

@@ -102,8 +102,8 @@ class TwoSettingsRow(QWidget):
     def __init__(self, two: TwoSettings):
         super().__init__()
         self._two = two
-        self.words, self.button = label(), QPushButton()
-        hbox((self.words, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
+        self.label, self.button = label(), QPushButton()
+        hbox((self.label, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
         self.button.clicked.connect(two.step)
         self.button.setToolTip(
             "Press X to store the present settings as A or B, or to switch between A and B"
@@ -115,7 +115,7 @@ class TwoSettingsRow(QWidget):
         """Show which setting is active."""
         two, now = self._two, self._two.active
         self.setVisible(bool(two.stored))
-        self.words.setText(
+        self.label.setText(
             "These settings are neither A nor B" if now is None else f"Settings {NAMES[now]} are active"
         )
         self.button.setText(two.next_text)
@@ -149,11 +149,11 @@ class TwoSettingsDialog(FormDialog):
         self.table.show_differences(two.differences)
         self.begin.setEnabled(two.comparable)
         self.drop.setEnabled(bool(two.stored))
-        words = "" if two.comparable else "For a blind comparison, A and B must have the same loop and grip."
+        text = "" if two.comparable else "For a blind comparison, A and B must have the same loop and grip."
         if not two.differences:
-            words = f"The next press of X does this: {two.next_text}."
-        self.verdict.show_text(words)
-        self.verdict.setVisible(bool(words))
+            text = f"The next press of X does this: {two.next_text}."
+        self.verdict.show_text(text)
+        self.verdict.setVisible(bool(text))
 
     def _begin(self) -> None:
         self.close()

@@ -21,11 +21,11 @@ class WarningLine(QWidget):
         self.setObjectName("warning")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         first, *more = re.split(r"[.:;] ", text, maxsplit=1)
-        self.words, sign = hint(f"{first} …" if more else text), Sign(16, "triangle", "warn")
+        self.label, sign = hint(f"{first} …" if more else text), Sign(16, "triangle", "warn")
         self.setToolTip(tip((text,), ""))
-        self.words.setProperty("ink", "warn")
+        self.label.setProperty("ink", "warn")
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
-        hbox(sign, (self.words, 1), into=self, margins=(8, 4, 8, 4))
+        hbox(sign, (self.label, 1), into=self, margins=(8, 4, 8, 4))
         self.setAccessibleName(f"Warning: {text}")
 
 

@@ -68,7 +68,7 @@ class SceneView(QWidget):
         self._target: float | None = None
         self._dragging = self._preparing = self._paused = False
         self._fraction: float | None = None
-        self._words, self._frames = ReadOut(), QElapsedTimer()
+        self._read_out, self._frames = ReadOut(), QElapsedTimer()
         self._zone: Zone | None = None
         self._shows_force = True
         self._set_least_size()
@@ -143,7 +143,7 @@ class SceneView(QWidget):
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
-        if self._words.refresh(motion):
+        if self._read_out.refresh(motion):
             said = f"{number(motion.position, 2, sign=True)} mm"
             said += f", force {motion.force_text}" if self._shows_force else ""
             self.setAccessibleDescription(f"Handle at {said}. {_HELP}")
@@ -165,8 +165,8 @@ class SceneView(QWidget):
     def set_paused(self, paused: bool) -> None:
         """Show whether the picture is paused; a paused picture shows exactly the numbers of its row."""
         self._paused = paused
-        self._words.invalidate()
-        self._words.refresh(self._motion)
+        self._read_out.invalidate()
+        self._read_out.refresh(self._motion)
         self.update()
 
     def set_grip(self, grip: str) -> None:

@@ -62,14 +62,14 @@ def native(key: str) -> str:
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
-def matches(sought: str, words: str) -> bool:
-    """Return whether the text ``words`` matches every sought word.
+def matches(sought: str, text: str) -> bool:
+    """Return whether ``text`` matches every sought word.
 
     The text matches a sought word if it contains this word, or if one of its words contains the letters of
     the sought word in the same order.
     """
     return all(
-        part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
+        part in text.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), text.lower())
         for part in sought.lower().split()
     )
 

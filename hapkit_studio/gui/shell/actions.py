@@ -84,8 +84,8 @@ def _has_law(window: MainWindow) -> bool:
 
 
 def _demo(name: str, path: Path) -> Action:
-    words = f"Demo: {demos.title(path)}"
-    return Action(f"teach.demo.{name}", words, lambda w: w.play_demo(path), enabled=_may_play)
+    text = f"Demo: {demos.title(path)}"
+    return Action(f"teach.demo.{name}", text, lambda w: w.play_demo(path), enabled=_may_play)
 
 
 def _may_play(window: MainWindow) -> bool:
@@ -132,11 +132,11 @@ def _one_of(
 ) -> list[Action]:  # fmt: skip
     """Return one action per option (key, text, shortcut); exactly one of them is checked."""
 
-    def option(key: str, words: str, shortcut: str) -> Action:
+    def option(key: str, text: str, shortcut: str) -> Action:
         run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
         exclusive = bool(submenu)
         return Action(
-            f"{prefix}.{key}", words, run, shortcut, checked=checked, submenu=submenu, exclusive=exclusive
+            f"{prefix}.{key}", text, run, shortcut, checked=checked, submenu=submenu, exclusive=exclusive
         )
 
     return [option(*given) for given in options]
@@ -252,10 +252,10 @@ _EDIT = (
 )  # fmt: skip
 
 
-def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
+def _value(place: int, text: str, steps: int, key: str, *extra: str) -> Action:
     """Return an action that changes a value of the projector view by ``steps``; ``place`` is its index."""
     return Action(
-        f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
+        f"view.{text.lower().replace(' ', '_')}", text, lambda w: w.projector.card.step(place, steps), key,
         enabled=lambda w: w.projector.on, extra=extra, submenu="Values on projector",
     )  # fmt: skip
 
@@ -312,7 +312,7 @@ _PLOTS = (
 
 _VIEW = (
     *_one_of(
-        "view.theme", [(mode, words, "") for mode, words in THEMES.items()],
+        "view.theme", [(mode, text, "") for mode, text in THEMES.items()],
         lambda w, mode: w.set_theme(mode), lambda _w: theme.mode, "Theme",
     ),
     *_one_of(
@@ -449,14 +449,14 @@ def _lesson(window: MainWindow) -> "LessonsPage | None":
     return page if page is not None and page.stays else None
 
 
-def _lesson_step(key: str, words: str, steps: int, shortcut: str) -> Action:
+def _lesson_step(key: str, text: str, steps: int, shortcut: str) -> Action:
     def run(window: MainWindow) -> None:
         page = _lesson(window)
         if page is not None:
             page.go(steps)
 
     return Action(
-        f"teach.lesson_{key}", words, run, shortcut, enabled=lambda w: _lesson(w) is not None, rule=steps > 0
+        f"teach.lesson_{key}", text, run, shortcut, enabled=lambda w: _lesson(w) is not None, rule=steps > 0
     )
 
 

@@ -101,8 +101,8 @@ def build(options: argparse.Namespace) -> MainWindow:
     if not options.screenshot:
         window.closed.connect(window.state.save)
     _place(window, options.size)
-    if not options.screenshot and (words := window.settings.new_notice()):
-        window.banners.warn("settings", _REJECTED, words)
+    if not options.screenshot and (notice := window.settings.new_notice()):
+        window.banners.warn("settings", _REJECTED, notice)
     shows_something = options.screenshot or options.demo is not None or options.replay is not None
     if not shows_something and not settings.contains(_OFFERED):
         settings.setValue(_OFFERED, True)

@@ -31,7 +31,7 @@ class Notice:
 
         A banner is rebuilt only if this value changes, because rebuilding makes the banner flicker.
         """
-        return self.key, self.rank, self.tone, self.icon, [words for words, _ in self.buttons]
+        return self.key, self.rank, self.tone, self.icon, [text for text, _ in self.buttons]
 
 
 class Banner(QWidget):
@@ -46,10 +46,10 @@ class Banner(QWidget):
         self.setProperty("tone", notice.tone)
         self.title, self.text = label(wrap=False), label()
         self.title.setFont(theme.font("banner"))
-        self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
-        words = vbox(None, self.title, self.text, None, gap=1)
+        self.buttons = [self._button(at, text) for at, (text, _) in enumerate(notice.buttons)]
+        column = vbox(None, self.title, self.text, None, gap=1)
         sign = Sign(24, notice.icon, notice.tone)
-        hbox(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
+        hbox(sign, (column, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
         self.show_notice(notice)
 
     def show_notice(self, notice: Notice) -> None:
@@ -59,8 +59,8 @@ class Banner(QWidget):
         self.text.setText(notice.text)
         self.setAccessibleName(f"{notice.title} {notice.text}")
 
-    def _button(self, at: int, words: str) -> QPushButton:
-        button = QPushButton(words)
+    def _button(self, at: int, text: str) -> QPushButton:
+        button = QPushButton(text)
         button.setProperty("tall", True)
         # a click must not move the focus to this button, because the button disappears after the click
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)

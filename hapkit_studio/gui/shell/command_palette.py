@@ -33,7 +33,7 @@ def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
     for entry in actions.entries:
         action = actions.qt[entry.key]
         text, keys = action.text().partition("\t")[0], ", ".join(map(native, entry.keys))
-        row = [QStandardItem(words) for words in (text, entry.menu.replace("/", " › "), keys)]
+        row = [QStandardItem(cell) for cell in (text, entry.menu.replace("/", " › "), keys)]
         for item in row:
             item.setData(entry.key)
             item.setFlags(_ENABLED if action.isEnabled() else Qt.ItemFlag.NoItemFlags)
@@ -51,9 +51,9 @@ class FindButton(QPushButton):
         self.setProperty("flat", True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Find a command")
-        words, cap = label("Find a command", "hint", wrap=False), label(native("Ctrl+K"), "key", wrap=False)
+        hint, cap = label("Find a command", "hint", wrap=False), label(native("Ctrl+K"), "key", wrap=False)
         mark(cap, "ink", "ink3")
-        self._row = row = hbox(words, cap, into=self, margins=(8, 0, 14, 0))
+        self._row = row = hbox(hint, cap, into=self, margins=(8, 0, 14, 0))
         row.setAlignment(cap, Qt.AlignmentFlag.AlignVCenter)
         self.clicked.connect(opens)
 
@@ -121,12 +121,12 @@ class CommandPalette(QDialog):
         vbox(self.field, (table, 1), into=self, margins=(12, 12, 12, 8), gap=8)
         self.setFixedSize(theme.px(_WIDE), theme.px(_HIGH))
 
-    def _search(self, words: str) -> None:
+    def _search(self, text: str) -> None:
         """Show the matching commands and select the first enabled one."""
         first = QModelIndex()
         for row in reversed(range(self.rows.rowCount())):
             index, path = self.rows.index(row, 0), self.rows.item(row, 1).text()
-            found = matches(words, f"{index.data()} {path}")
+            found = matches(text, f"{index.data()} {path}")
             self.list.setRowHidden(row, not found)
             first = index if found and index.flags() else first
         self.list.setCurrentIndex(first)

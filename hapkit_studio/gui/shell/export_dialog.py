@@ -58,10 +58,10 @@ class ExportDialog(FormDialog):
 
     def show_limit(self) -> None:
         """Show the sketch's stiffness limit on its kit, and remarks on drift in single precision."""
-        words, safe = self._limit()
+        text, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
-        words = " ".join(["The sketch is not saved yet.", *filter(None, [words]), *remarks])
-        self.verdict.show_text(words, *(() if safe and not remarks else ("triangle", "warn")))
+        text = " ".join(["The sketch is not saved yet.", *filter(None, [text]), *remarks])
+        self.verdict.show_text(text, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
         """Return a text with limit and verdict, and whether the handle comes to rest."""
@@ -92,14 +92,14 @@ class ExportDialog(FormDialog):
             self.verdict.show_text(str(error), "triangle", "danger")
             return
         except OSError as error:
-            words = f"{Path(wanted).name} cannot be written: {error.strerror}."
-            self.verdict.show_text(words, "triangle", "danger")
+            text = f"{Path(wanted).name} cannot be written: {error.strerror}."
+            self.verdict.show_text(text, "triangle", "danger")
             return
         where = path.parent.parent
         saved = f"Saved {path.parent.name}/{path.name} in {where}."
-        words = f"{saved} Open the sketch in the Arduino IDE and upload it."
+        text = f"{saved} Open the sketch in the Arduino IDE and upload it."
         limit, safe = self._limit()
-        self.verdict.show_text(words if safe else f"{words} {limit}", *_SAVED[safe])
+        self.verdict.show_text(text if safe else f"{text} {limit}", *_SAVED[safe])
 
     def ask(self) -> None:
         """Ask for the file in a non-modal dialog."""
@@ -115,10 +115,10 @@ class ExportDialog(FormDialog):
             self.kits.addItem(f"Connected kit: {own.board.label}, {state}", own)
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, Kit(kit.board))
-        for words, rate in (("", 0), *((f"{rate:,} Hz", rate) for rate in sketch.RATES)):
-            self.rates.addItem(words, rate)
-        for words, number in _PRINTS:
-            self.prints.addItem(words, number)
+        for text, rate in (("", 0), *((f"{rate:,} Hz", rate) for rate in sketch.RATES)):
+            self.rates.addItem(text, rate)
+        for text, number in _PRINTS:
+            self.prints.addItem(text, number)
         self.add_fields(
             (
                 ("Environment", self.what, None),

@@ -115,9 +115,9 @@ class OwnRow(GalleryRow):
             "Show in folder": gallery.reveal_pressed,
             "Delete…": gallery.delete_pressed,
         }
-        for words, signal in asks.items():
-            if words != "Edit" or self.file.state != "foreign":
-                menu.addAction(words, partial(signal.emit, self.file.path))
+        for text, signal in asks.items():
+            if text != "Edit" or self.file.state != "foreign":
+                menu.addAction(text, partial(signal.emit, self.file.path))
         return menu
 
 
@@ -139,7 +139,7 @@ class Gallery(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Your own"))
+        self.heading, self.own_heading = (label(text, "section") for text in ("Environments", "Your own"))
         for heading in (self.heading, self.own_heading):
             heading.setContentsMargins(14, 10, 14, 6)
         self.rows = {

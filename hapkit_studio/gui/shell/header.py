@@ -75,12 +75,12 @@ class DeviceList(QPushButton):
     def show_state(self) -> None:
         """Show the state of the link."""
         link = self._studio.link
-        words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
+        text = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
         if link.state in ("connecting", "idle") and link.text:
-            words = link.text  # the text gives the reason for waiting, or the program that uses the port
-        self.word.setText(words)
+            text = link.text  # the text gives the reason for waiting, or the program that uses the port
+        self.word.setText(text)
         self.setToolTip(link.text or "Choose a device")
-        self.setAccessibleName(f"Device: {words}")
+        self.setAccessibleName(f"Device: {text}")
         self.dot.show_state(_DOT.get(link.state, "warn"), link.state == "running")
         self._arrow.setPixmap(icons.pixmap("chevron_down", theme.px(16), "ink2", self.devicePixelRatioF()))
         self.updateGeometry()

@@ -157,9 +157,9 @@ class LiveDisplay(QObject):
 
     def hold_traces(self) -> None:
         """Hold the plotted traces of the current environment; their name describes the settings."""
-        view, words = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
+        view, text = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
-        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), text, zero=view.zero)
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
         """Hold the last part of a recording from a file, at most as long as the longest time window."""

@@ -97,11 +97,11 @@ class Notices(QObject):
         # before the board's first sample, the banner of show_silence already shows the remedy
         recent = recent and self._banners.get("silence") is None
         silent = recent and self._studio.fault is None and self._studio.link.state == "running"
-        words = (
+        texts = (
             f"Fault: {self._stale_reason}.",
             "The force is zero, and comes back by itself when the sensor answers again.",
         )
-        self._show(silent, "stale", _FAULT, words, tone="danger", section=_NO_FORCE)
+        self._show(silent, "stale", _FAULT, texts, tone="danger", section=_NO_FORCE)
 
     def show_fault(self) -> None:
         """Show the latched fault, unless the banner of a disconnected device already explains it."""
@@ -120,13 +120,13 @@ class Notices(QObject):
         """Show a banner if a board has answered, but has sent no row since it was opened."""
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
-        words = (
+        texts = (
             f"{link.title} sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
         )
         ways = (("Try again", self._studio.device.reconnect), self._simulated)
         shown = silent and link.state == "running"
-        self._show(shown, "silence", _DEVICE, words, ways, icon="unplugged", section=_NO_FORCE)
+        self._show(shown, "silence", _DEVICE, texts, ways, icon="unplugged", section=_NO_FORCE)
 
     def show_unmeasured(self, health: "Health") -> None:
         """Show a banner if delay and stability limit are unknown although the computer sends forces."""
@@ -138,18 +138,18 @@ class Notices(QObject):
         elif not self._unmeasured.isValid():
             self._unmeasured.start()
         late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
-        words = (
+        texts = (
             "The delay of the link cannot be measured.",
             "The stability limit is unknown: a contact that feels stable may start to oscillate.",
         )
-        self._show(late, "delay", _LIMIT, words, self._board_button(), section=_SLOW)
+        self._show(late, "delay", _LIMIT, texts, self._board_button(), section=_SLOW)
 
     def _show(
         self,
         shown: bool,
         key: str,
         rank: int,
-        words: tuple[str, str],
+        texts: tuple[str, str],
         ways: tuple[Button, ...] = (),
         tone: str = "warn",
         icon: str = "triangle",
@@ -158,7 +158,7 @@ class Notices(QObject):
         """Show or remove a banner; its Help button opens the section of the troubleshooting page."""
         if section:
             ways = (*ways, ("Help", self._help[section]))
-        self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
+        self._banners.set(key, Notice(key, rank, tone, icon, *texts, ways) if shown else None)
 
     def _board_button(self) -> tuple[Button, ...]:
         """Return a button that moves the law to the board because the link is slow, if this is possible."""
@@ -194,11 +194,11 @@ class Notices(QObject):
                 ways.append(("Copy command", lambda: QGuiApplication.clipboard().setText(link.command)))
             if not lab.settings().mistake:
                 ways.append(("Try again", self._studio.device.reconnect))
-        words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
+        texts = (f"{title.rstrip('.')}.", rest or "Force is zero.")
         away = link.state in ("gone", "failed")
         section = _NO_PORT
         if lab.settings().mistake:  # the simulated device does not start, either
             section = ""
         else:
             ways.append(self._simulated)
-        self._show(away, "device", _DEVICE, words, tuple(ways), icon="unplugged", section=section)
+        self._show(away, "device", _DEVICE, texts, tuple(ways), icon="unplugged", section=section)

@@ -88,5 +88,5 @@ class RailNames(QWidget):
             if row.isChecked():
                 painter.fillRect(box, theme.color("accentsoft"))
             painter.setPen(theme.color("accent" if row.isChecked() else "ink"))
-            words = box.adjusted(theme.px(_PAD), 0, 0, 0)
-            painter.drawText(words, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, row.title)
+            text_box = box.adjusted(theme.px(_PAD), 0, 0, 0)
+            painter.drawText(text_box, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, row.title)

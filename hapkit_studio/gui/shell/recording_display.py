@@ -65,8 +65,8 @@ class RecordingDisplay(QObject):
         lost, newest = self._live.lost, self._recording.newest
         paused = "Paused. " if self._live.paused else ""
         if progress is not None:
-            words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
-            return f"{paused}{words}", "record", "danger"
+            text = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
+            return f"{paused}{text}", "record", "danger"
         if self._message:
             return self._message, "check", "ok"
         if newest is not None:
@@ -82,9 +82,9 @@ class RecordingDisplay(QObject):
         self._recording.newest = None
         self.show_state()
 
-    def show_message(self, words: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show a message about a completed action in the status bar for MESSAGE_MS."""
-        self._message = words
+        self._message = text
         self._quiet.start()
         self._banners.set("recording", None)
         self.show_state()

@@ -91,7 +91,7 @@ class Message(NamedTuple):
 
     module: str
     line: int
-    words: str
+    text: str
 
 
 def messages() -> Iterator[Message]:
@@ -108,28 +108,28 @@ def _in_module(module: str, tree: ast.Module) -> Iterator[Message]:
     silent = {id(part) for node in ast.walk(tree) for part in _silent(node)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant | ast.JoinedStr) and id(node) not in silent:
-            words = re.sub(r"\{\d*\}", "{value}", without_tags(_text(node, values)))
-            if is_message(words, law=module in _LAWS):
-                yield Message(module, node.lineno, " ".join(words.split()))
+            text = re.sub(r"\{\d*\}", "{value}", without_tags(_text(node, values)))
+            if is_message(text, law=module in _LAWS):
+                yield Message(module, node.lineno, " ".join(text.split()))
 
 
-def without_tags(words: str) -> str:
+def without_tags(text: str) -> str:
     """Remove tags from a rich text, and replace entities by their characters."""
-    words = re.sub(r"</?(?:p|br|tr|td|h\d|li)\b[^<>]*>", " ", words)
-    return unescape(re.sub(r"</?[a-z][^<>]*>", "", words)).replace("\N{WORD JOINER}", "")
+    text = re.sub(r"</?(?:p|br|tr|td|h\d|li)\b[^<>]*>", " ", text)
+    return unescape(re.sub(r"</?[a-z][^<>]*>", "", text)).replace("\N{WORD JOINER}", "")
 
 
-def is_message(words: str, *, law: bool = False) -> bool:
+def is_message(text: str, *, law: bool = False) -> bool:
     """Return True for a whole text of several words; False for a piece of a text, a template or code."""
-    if re.fullmatch(r"(The|A|An|Its) \S+( \S+)?", words) and not words.endswith(
+    if re.fullmatch(r"(The|A|An|Its) \S+( \S+)?", text) and not text.endswith(
         "."
     ):  # the subject of a sentence
         return False
-    own = _WORD.findall(re.sub(r"\{[^}]*\}", " ", words))
-    if len(own) < max(2, words.count("{")) or " " not in words.strip() or _NO_MESSAGE.search(words):
+    own = _WORD.findall(re.sub(r"\{[^}]*\}", " ", text))
+    if len(own) < max(2, text.count("{")) or " " not in text.strip() or _NO_MESSAGE.search(text):
         return False
-    whole = re.match(r"[\"“(]?[^\W\d_a-z]|\{", words) or _AXIS.match(words)
-    return bool(whole or (law and re.match(r"[\w`']", words) and _LAW_ERROR.search(words)))
+    whole = re.match(r"[\"“(]?[^\W\d_a-z]|\{", text) or _AXIS.match(text)
+    return bool(whole or (law and re.match(r"[\w`']", text) and _LAW_ERROR.search(text)))
 
 
 def _silent(node: ast.AST) -> Iterator[ast.AST]:
@@ -139,8 +139,8 @@ def _silent(node: ast.AST) -> Iterator[ast.AST]:
             yield from (part for value in node.values for part in ast.walk(value))
         case ast.Expr(value=ast.Constant()):
             yield node.value
-        case ast.Assert(msg=ast.AST() as words):
-            yield from ast.walk(words)
+        case ast.Assert(msg=ast.AST() as message):
+            yield from ast.walk(message)
         case ast.Raise(exc=ast.Call(func=ast.Name(id=name))) if name in _ERRORS:
             yield from ast.walk(node)
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)) if name in _SILENT:

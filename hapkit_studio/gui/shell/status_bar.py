@@ -38,12 +38,12 @@ class Field(QWidget):
     def __init__(self, name: str, edged: bool = True, longest: tuple[str, ...] = ()):
         super().__init__()
         self._name, self._longest = name, longest
-        self.sign, self.words = Sign(16), label("…", "status", wrap=False)
+        self.sign, self.label = Sign(16), label("…", "status", wrap=False)
         self.link = QPushButton(autoDefault=True)  # Enter presses this button, because Space pauses the plots
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
-        parts = hbox(self.sign, self.words, self.link, into=self, gap=6)
+        parts = hbox(self.sign, self.label, self.link, into=self, gap=6)
         if edged:
             edge = QFrame()
             edge.setFixedSize(1, 16)
@@ -58,15 +58,15 @@ class Field(QWidget):
     def _reserve(self) -> None:
         """Reserve the width of the longest text in the current font."""
         metrics = QFontMetricsF(theme.font("label"))  # "label" is the widest style of the text
-        self.words.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, self._longest))))
+        self.label.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, self._longest))))
 
-    def show_text(self, words: str, sign: str = "", token: str = "ink2") -> None:
+    def show_text(self, text: str, sign: str = "", token: str = "ink2") -> None:
         """Show a text after a sign, both in a token's colour."""
-        if words != self.words.text():
-            self.words.setText(words)
-            self.words.setVisible(bool(words))
-            self.setAccessibleName(f"{self._name}: {words}")
-        mark(self.words, "ink", token)
+        if text != self.label.text():
+            self.label.setText(text)
+            self.label.setVisible(bool(text))
+            self.setAccessibleName(f"{self._name}: {text}")
+        mark(self.label, "ink", token)
         if (sign, token) != (self.sign.name, self.sign.token):
             self.sign.show_sign(sign, token)
         self.sign.setVisible(bool(sign))
@@ -149,9 +149,9 @@ class StatusBar(QWidget):
         beside = theme.px(14) + 4 + 2 * theme.px(5)
         link.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, (_LATE, _IN_TIME)))) + beside)
 
-    def show_nothing(self, words: str) -> None:
+    def show_nothing(self, text: str) -> None:
         """Show that no loop is running."""
-        self.loop.show_text(words)
+        self.loop.show_text(text)
         self.loop.link.hide()
         self.show_figures(False)
         self.clamp.show_text("No force", "circle")
@@ -194,8 +194,8 @@ class StatusBar(QWidget):
         self.jumps.show_text(f"The board's clock jumped {jumps:,} times (corrected)", "triangle", "warn")
         self.jumps.setVisible(jumps > 0)
         priority = health.priority
-        words = f"{priority.text}, forces up to {late(us['max'])} late."
-        said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")
+        text = f"{priority.text}, forces up to {late(us['max'])} late."
+        said = (priority.text, "check", "ok") if priority.realtime else (text, "triangle", "warn")
         self.priority.show_text(*said)
         self.priority.link.setVisible(not priority.realtime)
         self.priority.setToolTip(priority.how)
@@ -213,33 +213,33 @@ class StatusBar(QWidget):
         if now < self._clamped_until:
             self.clamp.show_text(f"Force cut to {number(limit, 1)} N", "triangle", "warn")
         else:
-            words = f"Force below limit of {number(limit, 1)} N"
+            text = f"Force below limit of {number(limit, 1)} N"
             if acting is not None:
-                words = f"Force {number(acting, 1, sign=True)} N, limit {number(limit, 1)} N"
-            self.clamp.show_text(words, "circle")
+                text = f"Force {number(acting, 1, sign=True)} N, limit {number(limit, 1)} N"
+            self.clamp.show_text(text, "circle")
 
-    def show_margin(self, words: str, sign: str, token: str) -> None:
+    def show_margin(self, text: str, sign: str, token: str) -> None:
         """Show the verdict on stability with a colour token and a sign, which may be ""."""
-        self.margin.show_text(words, sign, token)
+        self.margin.show_text(text, sign, token)
         self._hide_least_important()
 
-    def show_energy(self, words: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
+    def show_energy(self, text: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
         """Show a message about excess energy; "" removes it.
 
         If ``remedy`` is True, a link offers to switch the passivity controller on.
         """
-        self.energy.show_text(words, "triangle" if token == "warn" else "circle", token)
+        self.energy.show_text(text, "triangle" if token == "warn" else "circle", token)
         self.energy.setToolTip(tip)
         self.energy.link.setVisible(remedy)
-        self.energy.setVisible(bool(words))
+        self.energy.setVisible(bool(text))
         self._hide_least_important()
 
-    def show_record(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
+    def show_record(self, text: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
         """Show the state of the recording, or the length of the stored samples.
 
         If ``written`` is True, a session was written, and a link offers to show the sessions.
         """
-        self.record.show_text(words, sign, token)
+        self.record.show_text(text, sign, token)
         self.record.link.setVisible(written)
         self._hide_least_important()
 

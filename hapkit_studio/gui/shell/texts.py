@@ -145,7 +145,7 @@ class Text(NamedTuple):
     """A text, the place in the window that shows it (with the kind of widget), and its source module."""
 
     place: str
-    words: str
+    text: str
     source: str
 
 
@@ -162,15 +162,15 @@ def texts() -> list[Text]:
 
 def shown(found: Iterable[Text]) -> list[Text]:
     """Return the texts without repetitions and without those that say nothing by themselves."""
-    tidied = [text._replace(words=" ".join(without_tags(text.words).split())) for text in found]
-    tips = {text.words for text in tidied if text.place.endswith(TOOLTIP)}
-    visible = {text.words.rstrip("…") for text in tidied if not text.place.endswith((TOOLTIP, NAME))}
+    tidied = [text._replace(text=" ".join(without_tags(text.text).split())) for text in found]
+    tips = {text.text for text in tidied if text.place.endswith(TOOLTIP)}
+    visible = {text.text.rstrip("…") for text in tidied if not text.place.endswith((TOOLTIP, NAME))}
     labels = sorted((label for label in visible if len(label) > 2), key=len, reverse=True)
     first: dict[str, Text] = {}
     for text in tidied:
-        if text.place.endswith(TOOLTIP) and text.words in visible:
+        if text.place.endswith(TOOLTIP) and text.text in visible:
             continue
-        key = text.words
+        key = text.text
         if text.place.endswith(NAME):
             key = "" if key in tips else re.sub(r",? (?:to )?[−+]?\d[\d.,]* ?\S*$", "", key)
             for label in labels:
@@ -178,14 +178,14 @@ def shown(found: Iterable[Text]) -> list[Text]:
                     key = re.sub(rf"(?<!\w){re.escape(label)}(?!\w)", "", key)
             known = any(label.startswith(key.strip()) for label in labels)
             key = "" if known or not re.search(r"[A-Za-z]{3}", key) else f"name: {key}"
-        if key and not _says_nothing(text.words):
+        if key and not _says_nothing(text.text):
             first.setdefault(re.sub(r"\d[\d,.]*", "0", key), text)
     return list(first.values())
 
 
-def _says_nothing(words: str) -> bool:
-    return not re.search(r"[A-Za-z]{2}", words) or any(
-        pattern.search(words) for pattern in (_KEYS, _VALUE, _FORMULA, _OWN)
+def _says_nothing(text: str) -> bool:
+    return not re.search(r"[A-Za-z]{2}", text) or any(
+        pattern.search(text) for pattern in (_KEYS, _VALUE, _FORMULA, _OWN)
     )
 
 
@@ -230,8 +230,8 @@ def of_widgets(top: QWidget, place: str, *, fixed: bool = False) -> Iterator[Tex
     """
     for widget in (top, *top.findChildren(QWidget)):
         where = place if fixed else _place_of(widget) or place
-        for kind, words in _of_widget(widget):
-            yield Text(f"{where}: {kind}", words, _module(type(widget)))
+        for kind, text in _of_widget(widget):
+            yield Text(f"{where}: {kind}", text, _module(type(widget)))
         for action in widget.actions():
             yield from _of_action("menu" if isinstance(widget, QMenuBar | QMenu) else where, action)
 
@@ -283,13 +283,13 @@ def _of_action(place: str, action: QAction) -> Iterator[Text]:
 
 def _demos() -> Iterator[Text]:
     for name, path in demos.shipped().items():
-        for words in re.findall(r'caption = "(.+)"', path.read_text("utf-8")):
-            yield Text("demo: caption", words, f"demos/{name}")
+        for text in re.findall(r'caption = "(.+)"', path.read_text("utf-8")):
+            yield Text("demo: caption", text, f"demos/{name}")
 
 
 def _messages() -> Iterator[Text]:
-    for module, line, words in messages():
-        yield Text(f"{_place(module) or 'window'}: label or message", words, f"{module}.py:{line}")
+    for module, line, text in messages():
+        yield Text(f"{_place(module) or 'window'}: label or message", text, f"{module}.py:{line}")
 
 
 def _place_of(widget: QWidget) -> str:

@@ -266,11 +266,11 @@ class MainWindow(QMainWindow):
                 self.show_lesson(TOUR)
 
         buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
-        words = (
+        texts = (
             "A five-minute tour shows the window.",
             "The tour is also in the menu Help, under First steps.",
         )
-        self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))
+        self.banners.set("tour", Notice("tour", 10, "accent", "info", *texts, buttons))
 
     def show_commands(self) -> None:
         """Open the command palette."""

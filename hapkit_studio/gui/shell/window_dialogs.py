@@ -55,10 +55,10 @@ class KeysDialog(TextDialog):
         self._add("Words", WORDS.items(), explained=True)
         self._arrange()
 
-    def seek(self, words: str) -> None:
+    def seek(self, sought: str) -> None:
         """Show only the lines that match the words, and the headings of their groups."""
         for head, lines in self._groups:
-            found = [matches(words, text) for _, text in lines]
+            found = [matches(sought, text) for _, text in lines]
             for (row, _), shown in zip(lines, found, strict=True):
                 self._form.setRowVisible(row, shown)
             self._form.setRowVisible(head, any(found))
@@ -70,14 +70,14 @@ class KeysDialog(TextDialog):
         name.setContentsMargins(0, 10, 0, 2)
         form.addRow(name)
         head = form.rowCount() - 1
-        for words, more in lines:
+        for text, more in lines:
             if explained:
                 part = QWidget()
-                vbox(label(words, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
+                vbox(label(text, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
                 form.addRow(part)
             else:
-                form.addRow(words, label(more, "axis", wrap=False))
-            rows.append((form.rowCount() - 1, f"{title} {words} {more}"))
+                form.addRow(text, label(more, "axis", wrap=False))
+            rows.append((form.rowCount() - 1, f"{title} {text} {more}"))
         self._groups.append((head, rows))
 
     def _arrange(self) -> None:
@@ -113,6 +113,6 @@ class MarkerDialog(WordsDialog):
         self._recording, self._live, self._time = recording, live, live.history.now
 
     def _note(self, text: str) -> None:
-        words = text or "Marker"
-        self._live.history.divide(words, self._time)
-        self._recording.mark(words, self._time)
+        note = text or "Marker"
+        self._live.history.divide(note, self._time)
+        self._recording.mark(note, self._time)

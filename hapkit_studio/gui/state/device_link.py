@@ -170,8 +170,8 @@ class DeviceLink(QObject):
         error = job.exception()
         if error is not None:
             if request == self._request:
-                words = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
-                self._fail(error if isinstance(error, DeviceError) else DeviceError(words))
+                text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
+                self._fail(error if isinstance(error, DeviceError) else DeviceError(text))
             return
         engine = job.result()
         if engine is None or engine not in self._started:
@@ -193,7 +193,7 @@ class DeviceLink(QObject):
             self.engine_changed.emit()
         return old
 
-    def _note_waiting(self, request: int, words: str) -> None:
+    def _note_waiting(self, request: int, text: str) -> None:
         """Show what the connection attempt is waiting for.
 
         If the board was lost before, also say that it is connected again.
@@ -202,10 +202,10 @@ class DeviceLink(QObject):
         if request != self._request:
             return
         if link.state == "connecting":
-            self._set_link(LinkStatus("connecting", link.title, words))
+            self._set_link(LinkStatus("connecting", link.title, text))
         elif link.state == "gone":
             self._set_link(
-                LinkStatus("gone", link.title, f"{link.title} is connected again. {words} Force is zero.")
+                LinkStatus("gone", link.title, f"{link.title} is connected again. {text} Force is zero.")
             )
 
     def _adopt(self, engine: "Engine") -> None:

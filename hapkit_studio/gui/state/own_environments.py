@@ -44,9 +44,9 @@ def describe(path: Path, text: str, state: str) -> OwnFile:
 
     A missing title is replaced by the file's name.
     """
-    words = declared_texts(text)
-    title = words.get("title") or path.stem.replace("_", " ").capitalize()
-    return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
+    texts = declared_texts(text)
+    title = texts.get("title") or path.stem.replace("_", " ").capitalize()
+    return OwnFile(path, title[:_LONGEST], texts.get("summary", "")[:_LONGEST], texts.get("scene", ""), state)
 
 
 @lru_cache(maxsize=64)
@@ -59,8 +59,8 @@ def declared_texts(text: str) -> Mapping[str, str]:
     found: dict[str, str] = {}
     for given in (given for call in calls(tree, "Environment") for given in call.keywords):
         match given:
-            case ast.keyword(arg="title" | "summary" | "scene" as name, value=ast.Constant(value=str(words))):
-                found[name] = " ".join(words.split())
+            case ast.keyword(arg="title" | "summary" | "scene" as name, value=ast.Constant(value=str(value))):
+                found[name] = " ".join(value.split())
     return found
 
 
@@ -229,8 +229,8 @@ class OwnEnvironments(QObject):
             self._refuse(source, failed(without_line(error), error.line))
             return
         if other := self._key_owner(environment.key, source.path):
-            words = f'the key "{environment.key}" is already used by {other}: choose another one'
-            self._refuse(source, failed(words))
+            text = f'the key "{environment.key}" is already used by {other}: choose another one'
+            self._refuse(source, failed(text))
             return
         while functions and not functions.ready:
             yield _WAIT_MS

@@ -83,9 +83,9 @@ def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
     # this flag sets the priority on Windows, and is 0 elsewhere
     flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0
-    words = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
+    command = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
     with interrupts.deferred():
-        return subprocess.Popen(words, creationflags=flags)
+        return subprocess.Popen(command, creationflags=flags)
 
 
 def _has_law(key: str) -> bool:
@@ -218,10 +218,10 @@ _COMPILE: dict[str, Callable[..., None]] = {
 }
 
 
-def main(*words: str) -> None:
+def main(*args: str) -> None:
     """Compile a part for some environments, write its stamp, and delete older stamps."""
-    part, *keys = [word for word in words if word != _GENTLY]
-    if _GENTLY in words and hasattr(os, "nice"):
+    part, *keys = [word for word in args if word != _GENTLY]
+    if _GENTLY in args and hasattr(os, "nice"):
         os.nice(_NICE[part])
     mark = stamp(part)
     _COMPILE[part](*(keys or (FIRST,)))

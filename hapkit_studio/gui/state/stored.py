@@ -71,18 +71,18 @@ class StoredSettings(QSettings):
     def new_notice(self) -> str:
         """Return a line about all rejected settings; "" without any, or if this line was shown before."""
         reasons = list(self.rejected.values())
-        words = (
+        text = (
             reasons[0]
             if len(reasons) == 1
             else f"These settings are invalid and not used: {', '.join(self.rejected)}."
             if reasons
             else ""
         )
-        words = words if len(words) <= _LONGEST else f"{words[:_LONGEST]}…"
-        if words == self.value(_LAST_NOTICE, ""):
+        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+        if text == self.value(_LAST_NOTICE, ""):
             return ""
-        self.setValue(_LAST_NOTICE, words)
-        return words
+        self.setValue(_LAST_NOTICE, text)
+        return text
 
 
 def _one_of(value: object, name: str, options: Collection[T]) -> T:

@@ -177,10 +177,10 @@ class BlindComparison(QObject):
         page.ended.connect(self._end)
         self._views.cover(page.side, page)
 
-    def _end(self, words: str) -> None:
+    def _end(self, text: str) -> None:
         page, self.page = self.page, None
         self._views.cover(None)
         if page is not None and page.side is not None:
             page.side.deleteLater()
             page.deleteLater()
-        text_dialog("Blind comparison", [words], self._window).show()
+        text_dialog("Blind comparison", [text], self._window).show()

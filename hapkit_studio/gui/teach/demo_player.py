@@ -163,13 +163,13 @@ class CaptionBar(QWidget):
         self._player = player
         self.setObjectName("caption")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.words, self.note, self.title = label(role="title"), hint(), label(role="hint", wrap=False)
+        self.label, self.note, self.title = label(role="title"), hint(), label(role="hint", wrap=False)
         self.title.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.leave = QPushButton("End demo")
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.leave.setToolTip("End the demo and restore your settings. Taking the handle does the same")
         self.leave.clicked.connect(player.end)
-        texts = vbox(None, self.words, self.note, None)
+        texts = vbox(None, self.label, self.note, None)
         beside = vbox(None, self.title, self.leave, None, gap=4)
         hbox(Sign(24, "play", "accent"), (texts, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
         player.changed.connect(self.show_state)
@@ -180,7 +180,7 @@ class CaptionBar(QWidget):
     def show_state(self) -> None:
         """Show the current caption."""
         demo, note = self._player.demo, self._player.note
-        self.words.setText(self._player.caption)
+        self.label.setText(self._player.caption)
         self.note.setText(note)
         self.note.setVisible(bool(note))
         self.title.setText(demo.title if demo else "")

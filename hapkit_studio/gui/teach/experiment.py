@@ -99,15 +99,15 @@ class ResultDialog(TextDialog):
     def __init__(
         self,
         title: str,
-        words: Sequence[str],
+        texts: Sequence[str],
         paint: "Paint",
         columns: Sequence[Column] = (),
         rows: Sequence[Any] = (),
         parent: QWidget | None = None,
     ):
         super().__init__(title, parent)
-        self.words = [label(line) for line in words]
-        for line in self.words:
+        self.labels = [label(line) for line in texts]
+        for line in self.labels:
             self.column.addWidget(line)
         self.chart = Drawing(title, _CHART)
         self.chart.show_drawing(paint)

@@ -36,8 +36,8 @@ class LockDialog(FormDialog):
         self.others = QPushButton("Tick all “Environment” lines")
         self.confirm = QPushButton("Lock" if self._open else "Unlock")
         if self._open:
-            for place, words in self._choices():
-                row = QListWidgetItem(words, self.places)
+            for place, text in self._choices():
+                row = QListWidgetItem(text, self.places)
                 row.setData(_PLACE, place)
                 row.setSizeHint(QSize(0, theme.px(_ROW)))
                 row.setCheckState(Qt.CheckState.Unchecked)
@@ -76,15 +76,15 @@ class LockDialog(FormDialog):
                 row.setCheckState(Qt.CheckState.Checked)
 
     def _judge(self) -> None:
-        words = ""
+        text = ""
         if self._open and not self.ticked:
-            words = "Tick at least one setting."
+            text = "Tick at least one setting."
         elif not self.code.text():
-            words = "Enter a code first."
+            text = "Enter a code first."
         elif self._open and self.code.text() != self.again.text():
-            words = "The two codes differ: enter the same code twice."
-        self.confirm.setEnabled(not words)
-        self.verdict.show_text(words)
+            text = "The two codes differ: enter the same code twice."
+        self.confirm.setEnabled(not text)
+        self.verdict.show_text(text)
 
     def _lock(self) -> None:
         self._put(Lock.closed(self.ticked, self.code.text()))

@@ -152,10 +152,10 @@ class PointingPage(Page):
         middle = target.middle if self.run.going else target.start
         name, token = ("target", "ok") if self.run.going else ("start", "accent")
         self._scene.set_zone(Zone(middle - half, middle + half, name, token))
-        words = "Go!" if self.run.going else "Hold the handle in the start range"
+        text = "Go!" if self.run.going else "Hold the handle in the start range"
         if self._studio.stopped:
-            words = f"{'Press Render' if self._studio.waits_for_render else 'Release the E-stop'} to continue"
-        self.sign.setText(words)
+            text = f"{'Press Render' if self._studio.waits_for_render else 'Release the E-stop'} to continue"
+        self.sign.setText(text)
         done = len(self.run.done)
         self.count.setText(f"Trial {done + 1} of {self.run.count}")
         self.bar.setValue(done)
@@ -220,14 +220,14 @@ class PointingExperiment(Experiment):
             text_dialog(TITLE, ["No trial was completed."], self._window).show()
             return
         lines = pointing.evaluate(page.run.done)
-        words = [
+        texts = [
             f"Movement time MT = a + b·ID, where ID says how difficult a target is (index of difficulty). "
             f"The intervals contain the true values with 95 % probability. Trials: {len(page.run.done)}."
         ]
         if name:
-            words.append(
+            texts.append(
                 f"The trials are recorded in {name}. "
                 "The command `hapkit-studio experiment pointing` in a terminal evaluates them again."
             )
         chart = partial(draw_pointing, found=lines)
-        ResultDialog(TITLE, words, chart, pointing_columns(), lines, self._window).show()
+        ResultDialog(TITLE, texts, chart, pointing_columns(), lines, self._window).show()

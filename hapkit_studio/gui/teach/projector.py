@@ -131,10 +131,10 @@ class ValueCard(QWidget):
         refill(self._column, self.values)
         self._fit()
 
-    def show_verdict(self, words: str, icon: str, token: str) -> None:
+    def show_verdict(self, text: str, icon: str, token: str) -> None:
         """Show the verdict on stability with its icon and token."""
-        self.verdict.show_text(words, icon, token)
-        mark(self.verdict.words, "ink", token)
+        self.verdict.show_text(text, icon, token)
+        mark(self.verdict.label, "ink", token)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -125,10 +125,10 @@ class QuizSide(SidePanel):
         if guess <= 0.0 or not self.quantity.inside(guess):
             self.answer.show_text(self.quantity.limits() if guess else "Enter your estimate first.")
             return
-        error, words = comparison(self.quantity, guess, true * self.quantity.factor)
+        error, text = comparison(self.quantity, guess, true * self.quantity.factor)
         self.errors.append(abs(error))
         self.count.setText(f"Estimates: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
-        self.answer.show_text(words)
+        self.answer.show_text(text)
         self._true = None
         self._offer()
 

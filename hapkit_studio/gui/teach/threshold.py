@@ -65,8 +65,8 @@ class ThresholdDialog(FormDialog):
         self.parameter, self.start = QComboBox(), QPushButton("Start")
         for one in comparable(studio):
             quantity = Quantity(one)
-            words = f"{one.label}, {quantity.text(studio.values[one.key] * quantity.factor)} {quantity.unit}"
-            self.parameter.addItem(words, one)
+            text = f"{one.label}, {quantity.text(studio.values[one.key] * quantity.factor)} {quantity.unit}"
+            self.parameter.addItem(text, one)
         self.add_fields([("Value to compare", self.parameter, None)])
         self.add_verdict(1)
         self.add_buttons(self.start)
@@ -148,14 +148,14 @@ class ThresholdExperiment(Experiment):
             text_dialog(TITLE, ["No answer was given."], self._window).show()
             return
         (found,) = discrimination.evaluate(page.found)
-        words = [threshold_text(found)]
+        texts = [threshold_text(found)]
         if not page.stairs.finished:
             count = len(page.found)
-            words.append(f"You stopped after {count} answer{'s' * (count != 1)}, so the result is uncertain.")
+            texts.append(f"You stopped after {count} answer{'s' * (count != 1)}, so the result is uncertain.")
         if name:
-            words.append(
+            texts.append(
                 f"The answers are recorded in {name}. The view Speed and accuracy can use your threshold."
             )
         ResultDialog(
-            TITLE, words, lambda figure, c: draw_threshold(figure, c, found), parent=self._window
+            TITLE, texts, lambda figure, c: draw_threshold(figure, c, found), parent=self._window
         ).show()

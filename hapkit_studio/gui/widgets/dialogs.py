@@ -45,10 +45,10 @@ def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None
     """Return a dialog with paragraphs that the user can select and copy."""
     dialog = TextDialog(title, parent)
     for paragraph in paragraphs:
-        words = label(paragraph)
-        words.setMinimumWidth(460)
-        words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        dialog.column.addWidget(words)
+        part = label(paragraph)
+        part.setMinimumWidth(460)
+        part.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        dialog.column.addWidget(part)
     dialog.column.addLayout(hbox(None, dialog.leave))
     return dialog
 
@@ -89,9 +89,9 @@ class FormDialog(TextDialog):
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
         self.verdict = AnswerLine(margins=(0, 8, 0, 0))
-        words = label(about)
-        words.setMinimumWidth(520)
-        self.column.addWidget(words)
+        part = label(about)
+        part.setMinimumWidth(520)
+        self.column.addWidget(part)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Open the dialog below the window's banners, so that a fault and its button stay visible."""
@@ -109,10 +109,10 @@ class FormDialog(TextDialog):
         form.setHorizontalSpacing(12)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
-        for words, widget, behind in fields:
-            name = label(words, "axis", wrap=False)
+        for text, widget, behind in fields:
+            name = label(text, "axis", wrap=False)
             name.setBuddy(widget)
-            widget.setAccessibleName(words)
+            widget.setAccessibleName(text)
             form.addRow(name, hbox((widget, 1), *([behind] if behind else [])))
         self.column.addLayout(form)
 

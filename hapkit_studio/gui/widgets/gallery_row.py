@@ -49,8 +49,8 @@ class GalleryRow(QAbstractButton):
         The icon and the shortcut of a waiting row are pale.
         """
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
-        words = waiting or summary
-        self.setAccessibleName(f"{title}: {words}" if words else title)
+        text = waiting or summary
+        self.setAccessibleName(f"{title}: {text}" if text else title)
         self._show_tip()
         self.update()
 
@@ -71,8 +71,8 @@ class GalleryRow(QAbstractButton):
     def sizeHint(self) -> QSize:
         if self.rail:
             return QSize(theme.px(breakpoints.RAIL) - _EDGES, theme.px(LEAST_RAIL_ROW))
-        words = (("strong", self.title), ("hint", self.summary))
-        wide = max(QFontMetrics(theme.font(role)).horizontalAdvance(text) for role, text in words)
+        lines = (("strong", self.title), ("hint", self.summary))
+        wide = max(QFontMetrics(theme.font(role)).horizontalAdvance(text) for role, text in lines)
         return QSize(wide + 2 + theme.px(_LEFT + (_RIGHT if self.key else 8)), theme.px(LEAST_ROW))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -112,20 +112,20 @@ class GalleryRow(QAbstractButton):
         left, px = theme.px(_LEFT), theme.px
         room = self.width() - left - px(_RIGHT if self.key else 8)
         top = (self.height() - px(37)) // 2
-        words = self.waiting or self.summary
-        lines = [("strong", color, self.title, top, px(20)), ("hint", "ink3", words, top + px(19), px(18))]
-        if not words:
+        text = self.waiting or self.summary
+        lines = [("strong", color, self.title, top, px(20)), ("hint", "ink3", text, top + px(19), px(18))]
+        if not text:
             lines = [("body", color, self.title, 0, self.height())]
-        for role, token, words, top, height in lines:
+        for role, token, text, top, height in lines:
             font = theme.font(role)
             if (
-                QFontMetrics(font).horizontalAdvance(words) > room
+                QFontMetrics(font).horizontalAdvance(text) > room
             ):  # with normal spacing, the text would be cut off
                 font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
             painter.setFont(font)
-            words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room)
-            painter.drawText(QRectF(left, top, room, height), middle, words)
+            text = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(QRectF(left, top, room, height), middle, text)
 
     def _paint_key(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))

@@ -147,13 +147,13 @@ class AnswerLine(QWidget):
 
     def __init__(self, text: str = "", margins: Margins = (0, 0, 0, 0)):
         super().__init__()
-        self.sign, self.words = Sign(), label(role="headline")
-        hbox(self.sign, (self.words, 1), into=self, margins=margins)
+        self.sign, self.label = Sign(), label(role="headline")
+        hbox(self.sign, (self.label, 1), into=self, margins=margins)
         self.show_text(text)
 
     def show_text(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
         """Show a text with a sign; the default sign is neutral."""
-        self.words.setText(text)
+        self.label.setText(text)
         self.sign.show_sign(sign, token)
 
 
@@ -168,7 +168,7 @@ class AnswerLines(QWidget):
     @property
     def text(self) -> str:
         """Return the texts, separated by line breaks."""
-        return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
+        return "\n".join(line.label.text() for line in self.lines if not line.isHidden())
 
     def show_text(self, *answers: tuple[str, str, str]) -> None:
         """Show answers, each with its sign and token."""
@@ -177,7 +177,7 @@ class AnswerLines(QWidget):
             self._column.addWidget(self.lines[-1])
         for line, (text, sign, token) in zip(self.lines, answers, strict=False):
             line.show_text(text, sign, token)
-            mark(line.words, "ink", token if token in ("danger", "warn") else "ink")
+            mark(line.label, "ink", token if token in ("danger", "warn") else "ink")
         for at, line in enumerate(self.lines):
             line.setVisible(at < len(answers))
         self._fit()
@@ -190,7 +190,7 @@ class AnswerLines(QWidget):
         """Use smaller letters in the panel of a small window, so that most answers need only two lines."""
         narrow = self.width() < theme.px(_NARROW_ANSWERS)
         for line in self.lines:
-            mark(line.words, "role", "strong" if narrow else "headline")
+            mark(line.label, "role", "strong" if narrow else "headline")
             line.layout().setSpacing(2 if narrow else 8)  # type: ignore[union-attr]
 
 

@@ -17,9 +17,9 @@ from hapkit_studio.gui.widgets.theme import theme
 _ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
 
 
-def rich(words: str) -> str:
+def rich(text: str) -> str:
     """Return text as HTML in which only <i>, <b>, <sub>, <sup> and &nbsp; are interpreted."""
-    escaped = html.escape(printable(words), quote=False)
+    escaped = html.escape(printable(text), quote=False)
     return _ALLOWED.sub(lambda found: f"<{found[1]}>" if found[1] else f"&{found[2]}", escaped)
 
 
@@ -37,19 +37,19 @@ def plain(label: QLabel) -> QLabel:
     return label
 
 
-def plain_tip(words: str) -> str:
+def plain_tip(text: str) -> str:
     """Return text for a tooltip.
 
     It is escaped if Qt would take it for HTML, because tooltips have no plain format.
     """
-    words = printable(words)
-    return Rich.convertFromPlainText(words) if Rich.mightBeRichText(words) else words
+    text = printable(text)
+    return Rich.convertFromPlainText(text) if Rich.mightBeRichText(text) else text
 
 
 def tip(sentences: Iterable[str], formula: str) -> str:
     """Return the non-empty sentences, each with its full stop, and the formula below them, as HTML."""
-    words = unbroken(" ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence))
-    return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
+    text = unbroken(" ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence))
+    return "".join(f"<p>{rich(part)}</p>" for part in (text, formula) if part)
 
 
 def paint_text(

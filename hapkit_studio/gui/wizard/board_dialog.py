@@ -184,36 +184,36 @@ class ResultBox(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("resultBox")
-        self.sign, self.words, self.remedy = Sign(22), label(role="headline"), label()
+        self.sign, self.label, self.remedy = Sign(22), label(role="headline"), label()
         self.bar = QProgressBar()
         self.bar.setFixedHeight(5)
         self.bar.setAccessibleName("Progress")
         keep_size_when_hidden(self.bar)
         self.bar.hide()
-        text = vbox(None, self.words, self.remedy, None, gap=4)
+        text = vbox(None, self.label, self.remedy, None, gap=4)
         vbox((hbox(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
         self.setMinimumHeight(66)  # two lines are reserved, so that most results do not move other widgets
 
-    def show_text(self, words: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL) -> None:
+    def show_text(self, text: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL) -> None:
         """Show text and remedy with an icon and its colour."""
-        self.words.setText(words)
+        self.label.setText(text)
         self.remedy.setText(remedy)
         self.remedy.setVisible(bool(remedy))
         self.sign.show_sign(*sign)
         mark(self, "tone", sign[1])
-        self.setAccessibleName(f"{words} {remedy}".strip())
+        self.setAccessibleName(f"{text} {remedy}".strip())
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
         self.show_text(result.text, result.remedy, SIGNS[result.level])
 
-    def show_warning(self, words: str, remedy: str = "") -> None:
+    def show_warning(self, text: str, remedy: str = "") -> None:
         """Show a problem and its remedy."""
-        self.show_text(words, remedy, SIGNS[WARN])
+        self.show_text(text, remedy, SIGNS[WARN])
 
-    def show_working(self, words: str) -> None:
+    def show_working(self, text: str) -> None:
         """Show what the board is doing now."""
-        self.show_text(words, "", ("circle", "accent"))
+        self.show_text(text, "", ("circle", "accent"))
 
     def show_progress(self, passed: float, seconds: float) -> None:
         """Show the progress of a run of ``seconds``; a short or endless run shows no progress."""

@@ -40,17 +40,17 @@ class CheckDialog(BoardDialog):
         self.test.clicked.connect(self.run)
         self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
-        self.board.refused.connect(lambda words: self._show_ready(words, sign=SIGNS[WARN]))
+        self.board.refused.connect(lambda text: self._show_ready(text, sign=SIGNS[WARN]))
         self.board.failed.connect(self._failed)
         self.box.show_working("Starting the board…")
 
     def run(self) -> None:
         """Run all checks."""
         for check in CHECKS:
-            sign, words = self.rows[check.key]
+            sign, line = self.rows[check.key]
             sign.show_sign("", "ink2")
-            mark(words, "role", "hint")
-            words.setText(check.about)
+            mark(line, "role", "hint")
+            line.setText(check.about)
         report = self.board.report_progress
         if self.board.run_job(
             lambda runner: run_all(runner, lambda check, result: report((check.key, result))), self._finished
@@ -69,30 +69,30 @@ class CheckDialog(BoardDialog):
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
         key, result = progress
-        sign, words = self.rows[key]
-        mark(words, "role", "")
+        sign, line = self.rows[key]
+        mark(line, "role", "")
         sign.show_sign(*(("circle", "accent") if result is None else SIGNS[result.level]))
         if result is None:
-            words.setText(f"{words.text()} Running…")
+            line.setText(f"{line.text()} Running…")
             return
-        words.setText(f"{result.text} {result.remedy}".strip())
-        words.setAccessibleName(f"{key}: {result.level}. {words.text()}")
+        line.setText(f"{result.text} {result.remedy}".strip())
+        line.setAccessibleName(f"{key}: {result.level}. {line.text()}")
 
     def _finished(self, report: Report) -> None:
         self.report = report
         self._show_ready(report.text, sign=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN])
 
-    def _failed(self, words: str) -> None:
+    def _failed(self, text: str) -> None:
         self._show_ready(
-            words, "Close this window and connect the board again.", ("unplugged", "warn"), "Start test"
+            text, "Close this window and connect the board again.", ("unplugged", "warn"), "Start test"
         )
         self.test.setEnabled(False)
 
     def _show_ready(
-        self, words: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL, button: str = "Test again"
+        self, text: str, remedy: str = "", sign: tuple[str, str] = NEUTRAL, button: str = "Test again"
     ) -> None:
         """Show a state, and enable the button that starts the test."""
-        self.box.show_text(words, remedy, sign)
+        self.box.show_text(text, remedy, sign)
         self.test.setText(button)
         self.test.setEnabled(True)
         self.close_button.setText("Close")
@@ -102,9 +102,9 @@ class CheckDialog(BoardDialog):
         grid.setSpacing(12)
         grid.setColumnStretch(2, 1)
         for line, check in enumerate(CHECKS):
-            sign, words = self.rows[check.key] = Sign(_ICON), label(check.about, "hint")
+            sign, readout = self.rows[check.key] = Sign(_ICON), label(check.about, "hint")
             sign.setFixedWidth(_ICON + 2)
-            for place, part in enumerate((sign, label(check.title, "headline", wrap=False), words)):
+            for place, part in enumerate((sign, label(check.title, "headline", wrap=False), readout)):
                 grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)
         for button in (self.test, self.close_button):
             button.setProperty("tall", True)

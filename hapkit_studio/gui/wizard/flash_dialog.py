@@ -88,8 +88,8 @@ class FlashDialog(FormDialog):
         try:
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
-            words = str(error).replace("give its path with --avrdude", "choose it here")
-            self.verdict.show_text(words, "triangle", "warn")
+            text = str(error).replace("give its path with --avrdude", "choose it here")
+            self.verdict.show_text(text, "triangle", "warn")
             found = ""
         able, there = bool(found), self.ports.count() > 0
         if able:
@@ -139,10 +139,10 @@ class FlashDialog(FormDialog):
             return  # this method is called again when there is an engine
         else:
             found = engine.device.about()
-            words = (
+            text = (
                 f"The board answers with firmware {found['firmware']}, protocol version {found['protocol']}."
             )
-            self.verdict.show_text(f"{wrote} {words}", "check", "ok")
+            self.verdict.show_text(f"{wrote} {text}", "check", "ok")
         self._flashed = None
         self._show_busy(False)
 
@@ -188,7 +188,7 @@ class FlashDialog(FormDialog):
     def _arrange(self) -> None:
         self.add_fields((("Serial port", self.ports, None), ("Path of avrdude", self.where, self.choose)))
         self.add_verdict(3)
-        self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.verdict.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))
         self.bar.setTextVisible(False)
         self.bar.setFixedHeight(6)

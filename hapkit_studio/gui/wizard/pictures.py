@@ -54,9 +54,9 @@ class KitDrawing(QSvgWidget):
         self._load()
 
     def _load(self) -> None:
-        words = {part: "inline" if part in self.shown else "none" for part in _PARTS}
-        words |= {"grams": self.grams} | theme.tokens
-        self.load(QByteArray(re.sub(r"@(\w+)", lambda name: words.get(name[1], ""), self._source).encode()))
+        values = {part: "inline" if part in self.shown else "none" for part in _PARTS}
+        values |= {"grams": self.grams} | theme.tokens
+        self.load(QByteArray(re.sub(r"@(\w+)", lambda name: values.get(name[1], ""), self._source).encode()))
         self.renderer().setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
 
 
@@ -140,8 +140,8 @@ class HandleView(SceneView):
         for place, taken in self.marks.items():
             x, y = stage.x(1e3 * place), 20 * stage.u
             places = [(x + side * 6, y, side) for side in (1, -1)]
-            words = f"{number(1e3 * place, 0)}{' ✓' if taken else ''}"
-            stage.write(words, places, "ok" if taken else "accent", 13, 600, must=True)
+            text = f"{number(1e3 * place, 0)}{' ✓' if taken else ''}"
+            stage.write(text, places, "ok" if taken else "accent", 13, 600, must=True)
         if self._hand_enabled:
             y = stage.rail - 8 * stage.u
             stage.write("Drag to move the virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")

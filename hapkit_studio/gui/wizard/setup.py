@@ -192,18 +192,18 @@ class SetupDialog(BoardDialog):
         self._show_state()
         self.stop.setFocus()
 
-    def _job_ended(self, words: str = "") -> None:
-        if words:
-            self.step.show_refusal(words, _AFTER_STOP if self.studio.stopped else "")
+    def _job_ended(self, text: str = "") -> None:
+        if text:
+            self.step.show_refusal(text, _AFTER_STOP if self.studio.stopped else "")
         self._show_state()
         if not self.board.busy and self.stop.hasFocus():
             self._focus()
 
-    def _failed(self, words: str) -> None:
+    def _failed(self, text: str) -> None:
         """Show the failure on every page; only the buttons Try again and Close remain."""
         for step in self.steps:
             step.box.show_text(
-                words, "The motor is off. Check the cable, then press Try again.", ("unplugged", "warn")
+                text, "The motor is off. Check the cable, then press Try again.", ("unplugged", "warn")
             )
         self._show_state()
         self.pages.setButtonLayout([_CLOSE, _SPACE, _AGAIN])
@@ -212,8 +212,8 @@ class SetupDialog(BoardDialog):
     def _undone(self) -> None:
         """Restart the steps, because all results have been undone."""
         self.reset()
-        words = "The board has its old settings again, so there is nothing to save."
-        self.step.box.show_text(words, sign=SIGNS[PASS])
+        text = "The board has its old settings again, so there is nothing to save."
+        self.step.box.show_text(text, sign=SIGNS[PASS])
 
     def _changed(self) -> None:
         """Show a step's result; if the step is done, move the focus to Next."""
@@ -228,11 +228,11 @@ class SetupDialog(BoardDialog):
         """Show the state of the steps, the possible actions, and what Skip would do."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
-            words = result.text if result is not None else "This step is not done yet."
+            text = result.text if result is not None else "This step is not done yet."
             sign, color = SIGNS[result.level] if result is not None else NEUTRAL
             row.setIcon(icons.icon(sign, color, _ICON))
-            row.setToolTip(words)
-            row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
+            row.setToolTip(text)
+            row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {text}")
             step.enable_buttons()
         step, free = self.step, not self.board.busy
         last, good = step is self.save_step, step.result is not None and step.result.good
@@ -255,8 +255,8 @@ class SetupDialog(BoardDialog):
         for step in self.steps:
             pages.addPage(step)
         pages.setButton(_CLOSE, self.close_button)
-        for which, words in _WORDS.items():
-            pages.setButtonText(which, words)
+        for which, text in _WORDS.items():
+            pages.setButtonText(which, text)
         for button in pages.findChildren(QPushButton):
             button.setAutoDefault(False)
         return pages

@@ -98,9 +98,9 @@ class StepPage(QWizardPage):
 
     # building blocks
 
-    def add_text(self, words: str = "", role: str = "") -> QLabel:
+    def add_text(self, text: str = "", role: str = "") -> QLabel:
         """Add an instruction and return its label, which is only as high as its text."""
-        made = label(words, role)
+        made = label(text, role)
         made.setAlignment(Qt.AlignmentFlag.AlignTop)
         policy = made.sizePolicy()
         policy.setVerticalPolicy(QSizePolicy.Policy.Maximum)
@@ -128,7 +128,7 @@ class StepPage(QWizardPage):
 
     def button(
         self,
-        words: str,
+        text: str,
         press: Callable[[], object],
         primary: bool = False,
         motor: bool = False,
@@ -138,7 +138,7 @@ class StepPage(QWizardPage):
 
         If the step needs the direction test, a button that starts the motor is disabled before that test.
         """
-        made = as_primary(QPushButton(words)) if primary else QPushButton(words)
+        made = as_primary(QPushButton(text)) if primary else QPushButton(text)
         made.setProperty("tall", True)
         made.setProperty("motor", motor)
         made.clicked.connect(lambda: press())
@@ -148,18 +148,18 @@ class StepPage(QWizardPage):
         return made
 
     def job_button(
-        self, words: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
+        self, text: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
     ) -> QPushButton:
         """Return a button that runs a job which needs no typed input.
 
         ``options`` are passed to ``button``.
         """
-        return self.button(words, lambda: self.run_job(says, job, after), **options)
+        return self.button(text, lambda: self.run_job(says, job, after), **options)
 
-    def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:
-        """Run a job in the board's thread and show ``words`` meanwhile; afterwards call ``after(result)``."""
+    def run_job(self, text: str, job: Job, after: Callable[[Any], object]) -> None:
+        """Run a job in the board's thread and show ``text`` meanwhile; afterwards call ``after(result)``."""
         if self.board.run_job(job, after):
-            self.box.show_working(words)
+            self.box.show_working(text)
             self.job_started.emit()
 
     def finish(self, result: CheckResult) -> None:
@@ -168,9 +168,9 @@ class StepPage(QWizardPage):
         self.box.show_result(result)
         self.changed.emit()
 
-    def show_refusal(self, words: str, remedy: str = "") -> None:
+    def show_refusal(self, text: str, remedy: str = "") -> None:
         """Show the reason why a job ended without a result, and the remedy."""
-        self.box.show_warning(words, remedy)
+        self.box.show_warning(text, remedy)
 
     def enable_buttons(self) -> None:
         """Enable the buttons that are ready, and Next.

@@ -97,7 +97,7 @@ class SaveStep(StepPage):
         self._fill_table()
         self.confirm.setVisible(not self._scale_plausible())
         self.confirm.setChecked(self._scale_confirmed())
-        skipped = [f"{name}: {words}" for name, (done, words) in self._notes().items() if not done]
+        skipped = [f"{name}: {text}" for name, (done, text) in self._notes().items() if not done]
         self.assumptions.setText("Skipped steps: " + " ".join(skipped) if skipped else "")
 
     def reset(self) -> None:
@@ -130,9 +130,7 @@ class SaveStep(StepPage):
         except ParameterError as error:
             self.show_refusal(str(error))
             return
-        notes = {
-            name: words if done else f"skipped: {words}" for name, (done, words) in self._notes().items()
-        }
+        notes = {name: text if done else f"skipped: {text}" for name, (done, text) in self._notes().items()}
 
         def job(work: "Calibration") -> str:
             work.store(label)
@@ -160,8 +158,8 @@ class SaveStep(StepPage):
                 "position as zero."
             )
         reach = 0.4e3 * board.counts_per_flip * board.quantum
-        words = f"Switch the board on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
-        return f"{words}: the board finds its zero from there."
+        text = f"Switch the board on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
+        return f"{text}: the board finds its zero from there."
 
     # methods that undo the set-up
 

@@ -46,11 +46,11 @@ class ScaleStep(StepPage):
         )  # fmt: skip
         self.add_row(QLabel("Position of the mark"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
-        self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
+        self.radii = {key: ThousandthsBox(text, "mm", 1.0, 200.0, 2) for key, text in _RADII}
         for box in self.radii.values():
             box.valueChanged.connect(lambda _value: self.enable_buttons())
         self.set_radii = self.button("Use these radii", self.use_radii, ready=self._radii_differ)
-        cells = [vbox(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
+        cells = [vbox(QLabel(text), self.radii[key], gap=6) for key, text in _RADII]
         self.column.addWidget(label("Measure the radii of your kit, not the diameters:", "hint"))
         self.column.addLayout(hbox(*cells, vbox(None, self.set_radii), None))
         self.column.addStretch(1)
@@ -85,16 +85,16 @@ class ScaleStep(StepPage):
         self.changed.emit()
 
     def _show_first(self) -> None:
-        words = f"Hold the handle at {_mm(PLACES[0])}, then press Take mark."
+        text = f"Hold the handle at {_mm(PLACES[0])}, then press Take mark."
         self.box.show_text(
-            words, "Before the marks are taken, the picture uses the board's old zero, which may be wrong."
+            text, "Before the marks are taken, the picture uses the board's old zero, which may be wrong."
         )
 
     def _mark_taken(self, mark: Mark) -> None:
         taken = len(self._marks)
         if taken < len(PLACES):
-            words = f"The mark at {_mm(mark.place)} is taken. Move the handle to {_mm(PLACES[taken])}."
-            self.box.show_text(words, sign=SIGNS[PASS])
+            text = f"The mark at {_mm(mark.place)} is taken. Move the handle to {_mm(PLACES[taken])}."
+            self.box.show_text(text, sign=SIGNS[PASS])
         else:
             self._fit()
         self._offer_mark()
@@ -105,18 +105,18 @@ class ScaleStep(StepPage):
     def _fitted(self, scale: Scale) -> None:
         off = ", ".join(number(1e3 * r, 2) for r in scale.residuals)
         reverse = scale.sense != self.calibration.board.sense
-        words = " The sensor counts in the other direction, so its positions are reversed." if reverse else ""
-        self.residuals.setText(f"Each mark's distance from the fitted straight line: {off} mm.{words}")
+        text = " The sensor counts in the other direction, so its positions are reversed." if reverse else ""
+        self.residuals.setText(f"Each mark's distance from the fitted straight line: {off} mm.{text}")
         self.box.show_result(scale.result)
         # Enter must not take a fifth mark by accident
         self.first = self.apply if scale.result.good else None
 
-    def show_refusal(self, words: str, remedy: str = "") -> None:
+    def show_refusal(self, text: str, remedy: str = "") -> None:
         """Show a refusal; it is red if all marks are taken but give no scale."""
         if len(self._marks) >= len(PLACES) and self.calibration.scale is None:
-            self.box.show_text(words, remedy, SIGNS[FAIL])
+            self.box.show_text(text, remedy, SIGNS[FAIL])
         else:
-            super().show_refusal(words, remedy)
+            super().show_refusal(text, remedy)
 
     def _scale_applied(self, result: CheckResult) -> None:
         self._show_radii()
@@ -153,8 +153,8 @@ class ScaleStep(StepPage):
         if len(self._marks) >= len(PLACES):
             self._fit()  # this shows at once whether the existing marks agree with the radii
         else:
-            words = "The board now uses these radii. Take the marks to check them."
-            self.box.show_text(words, sign=SIGNS[PASS])
+            text = "The board now uses these radii. Take the marks to check them."
+            self.box.show_text(text, sign=SIGNS[PASS])
 
     def _show_radii(self) -> None:
         for key, box in self.radii.items():

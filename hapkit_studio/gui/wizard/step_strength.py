@@ -124,9 +124,9 @@ class StrengthStep(StepPage):
         else:
             self.drawing.show_spring()
 
-    def show_refusal(self, words: str, remedy: str = "") -> None:
+    def show_refusal(self, text: str, remedy: str = "") -> None:
         again = "Hold the handle in the middle again, press Start motor, then let go slowly."
-        super().show_refusal(words, remedy or (again if self.method.index == 0 else ""))
+        super().show_refusal(text, remedy or (again if self.method.index == 0 else ""))
 
     def reset(self) -> None:
         super().reset()
@@ -149,11 +149,11 @@ class StrengthStep(StepPage):
         masses = sorted(mass for mass, _ in self.calibration.carried)
         self.carried.setText("Masses carried so far: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + ".")
         rest = [m for m in MASSES if m not in masses]
-        words = (
+        text = (
             f"To carry {1e3 * mass:g} g, the motor gave {number(abs(force), 2)} N according to the "
             f"kit's profile."
         )
-        self.box.show_text(words, _hang(rest[0]) if rest else "Now press Use this result.", SIGNS[PASS])
+        self.box.show_text(text, _hang(rest[0]) if rest else "Now press Use this result.", SIGNS[PASS])
         if rest:
             self.mass.show_si(rest[0])
 
@@ -162,9 +162,9 @@ class StrengthStep(StepPage):
     def start_pushing(self) -> None:
         """Push on the scale until the user presses Stop pushing."""
         self._pushed_enough.clear()
-        words = f"Pushing with {PUSH:g} N. Read the kitchen scale, then press Stop pushing."
+        text = f"Pushing with {PUSH:g} N. Read the kitchen scale, then press Stop pushing."
         enough = self._pushed_enough.is_set
-        self.run_job(words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
+        self.run_job(text, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
         self.enough.setFocus()
 
     def _pushed(self, _track: Track) -> None:
@@ -190,7 +190,7 @@ class StrengthStep(StepPage):
     def _pulled(self, found: tuple[float, float]) -> None:
         stiffness, felt = found
         springs = [spring for spring, _ in self.calibration.pulled]
-        words = (
+        text = (
             f"The spring of {stiffness:g} N/m was measured as {number(felt, 1)} N/m with the present "
             "settings."
         )
@@ -200,7 +200,7 @@ class StrengthStep(StepPage):
             if enough
             else "Next: attach another spring, then press Pull the spring."
         )
-        self.box.show_text(words, rest, SIGNS[PASS])
+        self.box.show_text(text, rest, SIGNS[PASS])
 
     def _measured(self, found: Strength) -> None:
         self.finish(passed(found.text))

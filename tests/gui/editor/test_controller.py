@@ -109,9 +109,9 @@ def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     assert window.studio.environment is before
     assert list(window.editor.page.code.marks) == [LAW_LINE]
     assert "stifness" in window.editor.page.code.marks[LAW_LINE]
-    words = window.editor.message.words.text()
-    assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
-    assert words.endswith("The previous law keeps running.")
+    text = window.editor.message.label.text()
+    assert text.startswith(f"Line {LAW_LINE}: 'p.stifness'")
+    assert text.endswith("The previous law keeps running.")
     assert window.gallery.own_rows[window.editor.path].summary == "The file does not run yet"
 
 
@@ -129,10 +129,10 @@ def test_a_law_that_drifts_is_active_with_advice_at_its_line(opened, qtbot):
     assert list(code.remarks) == [LAW_LINE]
     assert "count the calls, `s.t += 1`" in code.remarks[LAW_LINE]
     assert message.tone == "warn"
-    assert message.words.text().startswith(f"The law is running. Line {LAW_LINE}: `s.t` becomes inaccurate")
+    assert message.label.text().startswith(f"The law is running. Line {LAW_LINE}: `s.t` becomes inaccurate")
     window.actions_by_key.run("environment.export")
     (sheet,) = window.findChildren(ExportDialog)
-    assert f"Line {LAW_LINE}: `s.t` becomes inaccurate" in sheet.verdict.words.text()
+    assert f"Line {LAW_LINE}: `s.t` becomes inaccurate" in sheet.verdict.label.text()
     path = window.editor.path
     window.editor.close()
     window.editor.edit(path)
@@ -174,7 +174,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
 def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     window = opened()
     window.editor.save()
-    assert window.editor.message.words.text() == "Checking the law line by line…"
+    assert window.editor.message.label.text() == "Checking the law line by line…"
     assert window.editor.message.busy.isVisible()
     assert window.gallery.own_rows[window.editor.path].summary == "Checking the file…"
     QTest.keyClicks(window.editor.page.code, "#")
@@ -182,7 +182,7 @@ def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     assert not window.editor.message.busy.isVisible()
     assert "#" in window.editor.page.text
     assert window.editor.page.unsaved
-    assert window.editor.message.words.text().endswith("Your later changes are not saved.")
+    assert window.editor.message.label.text().endswith("Your later changes are not saved.")
 
 
 def test_a_fault_marks_its_line(window, qtbot, home):
@@ -201,7 +201,7 @@ def test_a_fault_marks_its_line(window, qtbot, home):
 
     qtbot.waitUntil(marked)
     assert list(window.editor.page.code.marks) == [LAW_LINE]
-    assert window.editor.message.words.text() == window.studio.fault.text
+    assert window.editor.message.label.text() == window.studio.fault.text
     assert window.banners.get("fault") is not None
 
 
@@ -237,7 +237,7 @@ def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
     assert window.editor.page.text == spring()
     assert not window.editor.page.unsaved
     assert window.editor.page.code.textCursor().blockNumber() == LAW_LINE - 1
-    assert window.editor.message.words.text() == ""
+    assert window.editor.message.label.text() == ""
     assert not code_page.draft_path(path).exists()
     # text that cannot be written is kept
     QTest.keyClicks(window.editor.page.code, "#01c m?")
@@ -245,7 +245,7 @@ def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
         disk.setattr("hapkit_studio.workshop.folder.save", full)
         window.editor.save()
     assert window.editor.page.unsaved
-    assert "No space left" in window.editor.message.words.text()
+    assert "No space left" in window.editor.message.label.text()
     assert window.own.checking is None
     assert window.studio.environment.key == "wall", "letters of a law choose no environment"
     text = window.editor.page.text
@@ -290,8 +290,8 @@ def test_quitting_asks_once_about_unsaved_text(opened, no_trials):
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
     assert window.editor.message.isVisible()
-    words = [button.text() for button in window.editor.message.buttons]
-    assert words == ["Save and quit", "Quit and keep a draft", "Continue editing"]
+    labels = [button.text() for button in window.editor.message.buttons]
+    assert labels == ["Save and quit", "Quit and keep a draft", "Continue editing"]
     window.editor.message.buttons[2].click()
     window.actions_by_key.run("session.quit")
     assert window.isVisible()

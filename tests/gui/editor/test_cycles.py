@@ -33,11 +33,11 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     page = counting.editor.page
     assert list(page.code.counts) == [LAW_LINE]
     assert 100 < page.code.counts[LAW_LINE] < 1000
-    words = page.cycles.text()
+    text = page.cycles.text()
     assert re.match(
         r"One call of the law takes about \d+ cycles on the board, at most \d+\. "
         r"At 4,000 Hz, the law uses \d\d %",
-        words,
+        text,
     )
     assert page.cycles.isVisible()
     figure = page.code.counts[LAW_LINE]
@@ -59,7 +59,7 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
 
 @pytest.mark.slow
 def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
-    page, words = counting.editor.page, counting.editor.page.cycles.text()
+    page, text = counting.editor.page, counting.editor.page.cycles.text()
     broken = spring(force="-p.stifness * x")
     verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
     assert not verdict.ok
@@ -69,9 +69,9 @@ def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
             "These numbers are for the law that is running, without your changes. One call"
         )
     )
-    assert page.cycles.text().endswith(words[1:])
+    assert page.cycles.text().endswith(text[1:])
     wait_for_verdict(counting, qtbot, lambda: saved(counting, spring()))
-    qtbot.waitUntil(lambda: page.cycles.text() == words)
+    qtbot.waitUntil(lambda: page.cycles.text() == text)
     assert LAW_LINE in page.code.counts
 
 

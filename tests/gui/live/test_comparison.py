@@ -15,9 +15,9 @@ def test_forces_at_equal_times_after_the_start_are_compared():
     t = table[:, rows.HOST_TIME]
     table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
     history.append(table)
-    words = difference_text(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
-    assert "0.30 N (RMS) and by at most 0.30 N" in words
-    assert "Kept curve: rendered by the computer. Coloured curve: rendered by the board." in words
+    text = difference_text(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
+    assert "0.30 N (RMS) and by at most 0.30 N" in text
+    assert "Kept curve: rendered by the computer. Coloured curve: rendered by the board." in text
 
 
 @pytest.mark.slow

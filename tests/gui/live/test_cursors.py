@@ -158,7 +158,7 @@ def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, h
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("changed", "text"),
     [
         (7.9, "−400.0"),
         (8.04, "no slope: settings changed"),
@@ -166,9 +166,9 @@ def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, h
         (13.1, "−400.0"),
     ],
 )
-def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card, history, changed, words):
+def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card, history, changed, text):
     history.changes.append(changed)
-    assert read(plots, card, 8.05, 13.0).startswith(words)
+    assert read(plots, card, 8.05, 13.0).startswith(text)
 
 
 @pytest.mark.parametrize(("bend", "straight"), [(0.54, True), (0.556, False)])

@@ -28,7 +28,7 @@ def later(live):
 
 
 def said(live):
-    return [words for _, words in live.history.dividers]
+    return [text for _, text in live.history.dividers]
 
 
 def test_a_drag_adds_one_divider_at_its_end_and_a_new_press_another(noted):
@@ -38,8 +38,8 @@ def test_a_drag_adds_one_divider_at_its_end_and_a_new_press_another(noted):
         begun = live.history.now
         studio.set_value("stiffness", stiffness)
         later(live)
-    ((when, words),) = live.history.dividers
-    assert words == "Stiffness 250 → 800 N/m"
+    ((when, text),) = live.history.dividers
+    assert text == "Stiffness 250 → 800 N/m"
     assert begun <= when < live.history.now
     undo.gesture += 1
     studio.set_loop(rate=2000.0)

@@ -125,7 +125,7 @@ class Alarm:
     def said(self):
         """Return the message and its token; None without a message."""
         field = self.status.energy
-        return None if field.isHidden() else (field.words.text(), field.sign.token)
+        return None if field.isHidden() else (field.label.text(), field.sign.token)
 
 
 @pytest.fixture
@@ -198,12 +198,12 @@ def test_no_alarm_while_the_controller_dissipates_the_excess(alarm):
 
 @pytest.mark.slow
 def test_a_scene_that_moves_the_handle_says_so_instead(kept_window):
-    words = kept_window.stability.drives
+    label = kept_window.stability.drives
     kept_window.studio.choose("cat")
-    assert words.text() == "The purr and the paw move the handle by themselves."
-    assert words.isVisibleTo(kept_window)
+    assert label.text() == "The purr and the paw move the handle by themselves."
+    assert label.isVisibleTo(kept_window)
     kept_window.studio.choose("wall")
-    assert not words.isVisibleTo(kept_window)
+    assert not label.isVisibleTo(kept_window)
 
 
 # --- the switch in the running window
@@ -252,9 +252,9 @@ def test_a_dense_line_is_drawn_solid():
 
 def test_the_energy_has_its_unit(shown):
     header, canvas = shown.beside[0].headers[0], shown.beside[0].canvases[0]
-    for joules, words in ((0.0123456, "+12.3 mJ"), (float("nan"), "– mJ")):
+    for joules, message in ((0.0123456, "+12.3 mJ"), (float("nan"), "– mJ")):
         header.show_value(joules)
-        assert header.value.text() == words
+        assert header.value.text() == message
     assert canvas.left.tickStrings([-1.0, 0.0, 1.0], 1.0, 1.0) == ["−1", "0", "1 mJ"]
     text = QFontMetricsF(theme.font("tick")).horizontalAdvance("1,000 mJ")
     assert text <= canvas.left.width()

@@ -164,7 +164,7 @@ def test_changes_are_stored_as_long_as_their_samples():
     assert history.dividers == [(at, "Wall"), (7999 / RATE, "Stiffness 300 N/m")]
     assert history.begin == begin
     history.append(telemetry(4001, start=8000))
-    assert [words for _, words in history.dividers] == ["Stiffness 300 N/m"]
+    assert [text for _, text in history.dividers] == ["Stiffness 300 N/m"]
     assert kept.dividers == [(at, "Wall")]
     history.clear()
     assert (history.dividers, history.begin) == ([], -np.inf)

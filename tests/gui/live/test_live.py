@@ -100,7 +100,7 @@ def test_the_history_equals_the_ring_and_a_hidden_window_only_drains_it(window, 
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
     window.record_display.show_state()
-    assert window.status.record.words.text() == "12 samples were lost"
+    assert window.status.record.label.text() == "12 samples were lost"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
     window.live.set_hidden(True)
@@ -138,7 +138,7 @@ def test_release_here_releases_a_handle_that_is_being_dragged(window, qtbot):
 
 
 def test_an_oscillation_is_shown_beside_the_position_while_it_lasts(window):
-    words, table = window.centre.time.headers[0].remark, telemetry(3000)
+    remark, table = window.centre.time.headers[0].remark, telemetry(3000)
     table[1000:2000, rows.POSITION] = 1.2e-3 * np.sin(np.arange(1000) * 2e-3 * np.pi * 31.0)
     table[2000:, rows.POSITION] = 0.0
     for part, said in (
@@ -148,7 +148,7 @@ def test_an_oscillation_is_shown_beside_the_position_while_it_lasts(window):
     ):
         window.live.history.append(part)
         window.display.show_health(window.studio.engine.health())
-        assert words.text() == words.toolTip() == said
+        assert remark.text() == remark.toolTip() == said
 
 
 def test_the_oscillation_text_is_shortened_and_never_cut(plots):
@@ -197,7 +197,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
     def clamp_says_it():
         window.display.show_health(studio.engine.health())
         live.tick()
-        said = bar.clamp.words.text()
+        said = bar.clamp.label.text()
         return re.fullmatch(r"Force −[2-3]\.\d N, limit 3\.0 N|Force cut to 3\.0 N", said) is not None
 
     qtbot.waitUntil(clamp_says_it)  # the force changes continuously, because the handle moves into the wall
@@ -232,8 +232,8 @@ def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
 
     qtbot.waitUntil(lambda: len(kept().x) and kept().y["force"][-1] < -0.5)
     studio.choose("spring")
-    ((time, words),) = live.history.dividers
-    assert words == "Spring"
+    ((time, text),) = live.history.dividers
+    assert text == "Spring"
     # wait until the new environment is active
     qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
@@ -256,7 +256,7 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     link.setFocus()
     qtbot.keyClick(link, Qt.Key.Key_Return)
     assert all(field.isVisible() for field in figures)
-    assert [field.words.text() for field in (*figures, bar.compute)] == [
+    assert [field.label.text() for field in (*figures, bar.compute)] == [
         "1,000 Hz", "Lateness: below 0.09 ms for 99 % of the ticks, at most 4.00 ms", "Missed ticks: 0",
         "Real-time priority (FIFO 80)",
         "Computing the force took 3.1 µs",
@@ -267,7 +267,7 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     assert bar.figures.isHidden()
     bar.show_figures(True)
     bar.show_nothing("No device")
-    assert bar.loop.words.text() == "No device"
+    assert bar.loop.label.text() == "No device"
     assert bar.loop.link.isHidden()
     assert bar.figures.isHidden()
 
@@ -289,12 +289,12 @@ def test_a_refused_priority_shows_the_lateness_and_a_remedy(bar, qtbot):
     refused = Priority("Normal priority", False, "Do this.")
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health(priority=refused, missed=3, missed_lately=1, link=LINK))
-    assert bar.priority.words.text() == "Normal priority, forces up to 4.00 ms late."
-    assert bar.missed.words.text() == "Missed ticks: 5"
+    assert bar.priority.label.text() == "Normal priority, forces up to 4.00 ms late."
+    assert bar.missed.label.text() == "Missed ticks: 5"
     bar.show_figures(True)
     assert bar.jumps.isHidden()
     bar.show_health(health(link=SimpleNamespace(lost_frames=0, clock_jumps=3)))
-    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (
+    assert (bar.jumps.isVisible(), bar.jumps.label.text()) == (
         True,
         "The board's clock jumped 3 times (corrected)",
     )
@@ -306,16 +306,16 @@ def test_the_clamp_light_stays_on_for_half_a_second(bar, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force below limit of 3.0 N"
+    assert bar.clamp.label.text() == "Force below limit of 3.0 N"
     bar.show_clamp(True, 3.0)
     clock[0] += 0.49
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force cut to 3.0 N"
+    assert bar.clamp.label.text() == "Force cut to 3.0 N"
     clock[0] += 0.02
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Force below limit of 3.0 N"
+    assert bar.clamp.label.text() == "Force below limit of 3.0 N"
     bar.show_clamp(False, 3.0, -1.26)
-    assert bar.clamp.words.text() == "Force −1.3 N, limit 3.0 N"
+    assert bar.clamp.label.text() == "Force −1.3 N, limit 3.0 N"
 
 
 def test_fields_are_hidden_completely_and_the_clamp_light_never(bar, qapp):
@@ -330,7 +330,7 @@ def test_fields_are_hidden_completely_and_the_clamp_light_never(bar, qapp):
             if field.isVisible():
                 assert field.width() >= field.sizeHint().width()
         rules = [line for line in bar.findChildren(QFrame) if line.property("rule") and line.isVisible()]
-        shown = [field.words for field in (bar.loop, bar.clamp, bar.margin) if field.isVisible()]
+        shown = [field.label for field in (bar.loop, bar.clamp, bar.margin) if field.isVisible()]
         assert len(rules) == len(shown) - 1
         assert max(part.mapTo(bar, QPoint()).x() for part in rules) < shown[-1].mapTo(bar, QPoint()).x()
 
@@ -341,4 +341,4 @@ def test_the_arrow_shows_clamping_of_its_row_and_the_light_of_the_whole_frame(wi
         row[rows.FLAGS] = flags
         window.display.show_frame(row, True)
         assert window.centre.scene._motion.clamped == barred
-        assert window.status.clamp.words.text() == "Force cut to 3.0 N"
+        assert window.status.clamp.label.text() == "Force cut to 3.0 N"

@@ -69,9 +69,9 @@ def test_the_label_of_a_limit_avoids_the_curve(phase):
         use(phase, key, **given)
         assert tuple(np.sign([phase.canvas.band.side(3.0), phase.canvas.band.side(-3.0)])) == sides, key
     use(phase, "spring", stiffness=300.0)
-    words = pixels(phase, "danger")
+    found = pixels(phase, "danger")
     box = phase.canvas.measure()
-    upper = words[(words[:, 1] < phase.canvas.pixel(0.0, 3.0).y() - 4) & (words[:, 1] > box.top())]
+    upper = found[(found[:, 1] < phase.canvas.pixel(0.0, 3.0).y() - 4) & (found[:, 1] > box.top())]
     assert upper[:, 0].min() > box.center().x()
 
 

@@ -143,7 +143,7 @@ def test_environments_settings_and_markers_come_from_the_session(recorded):
         recorded.move_to(100.0 + after)
         found.append((recorded.settings()["environment"], round(recorded.begin - 100.0, 3)))
     assert found == [("wall", -1.0), ("wall", -1.0), ("spring", 0.5), ("spring", 0.5), ("wall", 0.7)]
-    assert [(round(when - 100.0, 3), words) for when, words in recorded.markers] == [(0.25, "a quarter")]
+    assert [(round(when - 100.0, 3), text) for when, text in recorded.markers] == [(0.25, "a quarter")]
 
 
 def test_clamped_forces_since_a_time_are_reported(tmp_path):

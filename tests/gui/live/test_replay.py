@@ -205,7 +205,7 @@ def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept
         window.live.set_paused(True)
     replay.seek(2.5)
     assert window.replay_bar.time.text() == "0:02.5 / 0:02.9"
-    assert [words for _, words in window.centre.time.shown.dividers] == ["Spring", "here"]
+    assert [text for _, text in window.centre.time.shown.dividers] == ["Spring", "here"]
     cursors = window.centre.time.cursors
     cursors.show(True)
     for index, after in enumerate((1.0005, 2.0005)):
@@ -273,7 +273,7 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
     line = window.replay_bar.line
     QTest.mouseClick(line, Qt.MouseButton.LeftButton, pos=QPoint(round(line.place(2.0)), 5))
     assert replay.time == pytest.approx(2.0, abs=SECONDS / line.width())
-    assert [words for _, words in line.markers] == ["here"]
+    assert [text for _, text in line.markers] == ["here"]
     replay.close()
     QTest.keyClick(window.centre.scene, Qt.Key.Key_Right)
     assert replay.time == 0.0
@@ -282,11 +282,11 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
 def test_a_missing_law_is_reported_and_the_plots_continue(kept_idle_window, qtbot, home):
     window = kept_idle_window
     replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
-    assert window.replay_bar.words.text().startswith("The environment my_lost_law is not installed")
+    assert window.replay_bar.label.text().startswith("The environment my_lost_law is not installed")
     assert window.studio.environment.key == "wall"
     assert window.centre.time.shown.now is not None
     replay.seek(0.6)
-    assert not window.replay_bar.words.isVisible()
+    assert not window.replay_bar.label.isVisible()
     assert window.studio.environment.key == "spring"
     replay.close()
 
@@ -413,7 +413,7 @@ def test_a_replay_adds_no_dividers_but_later_changes_by_the_user_do(replay, kept
     assert not live.history.dividers
     studio.set_value("damping", 3.0)
     qtbot.waitUntil(lambda: replay.history is None)
-    assert [words for _, words in live.history.dividers] == ["Damping 0.0 → 3.0 N·s/m"]
+    assert [text for _, text in live.history.dividers] == ["Damping 0.0 → 3.0 N·s/m"]
     live.history.clear()
 
 
@@ -424,7 +424,7 @@ def test_locked_settings_are_not_changed_and_the_plots_continue(kept_idle_window
     assert studio.values["stiffness"] == 700.0
     replay.seek(2.5)
     assert studio.environment.key == "wall"
-    assert window.replay_bar.words.text().startswith("Some of these settings are locked")
+    assert window.replay_bar.label.text().startswith("Some of these settings are locked")
     assert window.centre.time.shown.now["position"] == pytest.approx(2.5 * SPEED, abs=QUANTUM)
     replay.close()
     studio.permissions.set_lock(Lock())

@@ -283,9 +283,9 @@ def test_a_divider_label_avoids_the_trace(plots, side):
     """The label is at the top, or at the bottom if the trace is at the top."""
     show_divided(plots, side)
     canvas = plots.canvases[0]
-    words = words_in(canvas)[:, 1]
-    assert np.sign(words.mean() - canvas.measure().center().y()) == side
-    away = words - canvas.pixel(0.0, side * 11.0).y()
+    seen = words_in(canvas)[:, 1]
+    assert np.sign(seen.mean() - canvas.measure().center().y()) == side
+    away = seen - canvas.pixel(0.0, side * 11.0).y()
     assert np.abs(away).min() > 4.0
 
 

@@ -51,13 +51,13 @@ def come(view, trigger, stop, start=0.0, frame=16):
     return stood
 
 
-def choose_over(canvas, words):
+def choose_over(canvas, text):
     """Choose an entry of a plot's context menu."""
     place = canvas.viewport().rect().center()
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, canvas.mapToGlobal(place))
     QCoreApplication.sendEvent(canvas.viewport(), event)
     menu = QApplication.activePopupWidget()
-    next(action for action in menu.actions() if action.text() == words).trigger()
+    next(action for action in menu.actions() if action.text() == text).trigger()
     menu.close()
 
 
@@ -132,14 +132,14 @@ def test_samples_before_arming_while_paused_or_of_another_scene_are_no_event(vie
 
 
 @pytest.mark.parametrize(
-    ("key", "words"),
+    ("key", "text"),
     [("wall", "contact"), ("puck", "contact"), ("mass_spring_damper", "contact"), ("button", "contact"),
      ("spring", "position 5.0 mm"), ("damping", "position 5.0 mm"), ("cat", "position 5.0 mm")],
 )  # fmt: skip
-def test_the_event_suits_the_scene_until_one_is_chosen(view, key, words):
+def test_the_event_suits_the_scene_until_one_is_chosen(view, key, text):
     trigger = armed(view)
     trigger.set_environment(LIBRARY[key])
-    assert view.status == f"Waiting for {words}"
+    assert view.status == f"Waiting for {text}"
     trigger.set_value(EVENT.key, EVENT.check("velocity"))
     trigger.set_environment(LIBRARY["free"])
     assert view.status == "Waiting for velocity 100 mm/s"
@@ -189,7 +189,7 @@ def test_keys_arm_the_trigger_and_return_to_live_and_its_dialog_changes_it(windo
     window.live.frame.disconnect()
     come(view, trigger, 1.0, start=0.1)
     window.centre.time.refresh()
-    assert [words for _, words in window.centre.time.shown.dividers] == ["Contact"]
+    assert [text for _, text in window.centre.time.shown.dividers] == ["Contact"]
     assert not window.actions_by_key.qt["view.trigger"].isChecked()
     QTest.keyClick(scene, Qt.Key.Key_Space)
     assert view.status == "Plots paused"

@@ -25,9 +25,9 @@ def probe(stiffness, case):
     """Return an oscillation whose growth is proportional to the stiffness above the limit."""
     rate = stiffness / limit(case) - 1.0
     time = np.linspace(0.0, SECONDS, 400)
-    words = f"{'decays' if rate < 0.0 else 'grows'} by {abs(rate):.3g} 1/s; in truth it decays by 1 1/s"
+    text = f"{'decays' if rate < 0.0 else 'grows'} by {abs(rate):.3g} 1/s; in truth it decays by 1 1/s"
     trace = np.exp(rate * time) * np.cos(OMEGA * time)
-    return Evidence(trace, time[1], "position", "mm", rate < 0.0, rate, "1/s", words)
+    return Evidence(trace, time[1], "position", "mm", rate < 0.0, rate, "1/s", text)
 
 
 PLOT = Plot(
@@ -51,10 +51,10 @@ def live(stiffness, case):
 
 def made(**given):
     """Return the invented failure with some parts replaced."""
-    words = {"summary": "Above a stiffness it grows", "formula": "K < 100 b_h", "explanation": "So it is."}
+    texts = {"summary": "Above a stiffness it grows", "formula": "K < 100 b_h", "explanation": "So it is."}
     parts = {"key": "grows", "title": "A spring too stiff", "knob": KNOB, "limit": limit, "probe": probe}
     parts |= {"plot": PLOT, "options": (DAMPING, Choice("hand", "Hand", ("none", "firm"))), "live": live}
-    return Failure(**{**words, **parts, **given})
+    return Failure(**{**texts, **parts, **given})
 
 
 def plane(case):

@@ -36,7 +36,7 @@ def click(drawing, x, y, button=Qt.MouseButton.LeftButton, axes=0):
     QTest.mouseClick(drawing.canvas, button, pos=spot(drawing, x, y, axes))
 
 
-def words(drawing) -> list[str]:
+def texts(drawing) -> list[str]:
     """Return all drawn texts, including legends and ticks."""
     from matplotlib.text import Text
 
@@ -52,10 +52,10 @@ def outside(drawing) -> list[str]:
     frame = drawing.figure.bbox.padded(1.0)
     ticks = {label for axes in drawing.figure.axes for axis in (axes.xaxis, axes.yaxis)
              for label in axis.findobj(Text)}  # fmt: skip
-    words = [
+    texts = [
         t for t in drawing.figure.findobj(Text) if t.get_text().strip() and t not in ticks and not hidden(t)
     ]
-    boxes = [(t.get_text(), t.get_window_extent()) for t in words]
+    boxes = [(t.get_text(), t.get_window_extent()) for t in texts]
     boxes += [(f"axes {i}", axes.get_tightbbox()) for i, axes in enumerate(drawing.figure.axes)]
     return [name for name, box in boxes if not _inside(frame, box)]
 

@@ -58,7 +58,7 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     part.show_result(Accuracy(sheets=(sheet(),)))
     resize(qapp, shared_window, (1280, 720))
     said = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
-    assert part.answer.words.text() == said
+    assert part.answer.label.text() == said
     assert [" ".join(row) for row in part.table.texts()[1:]] == [
         "Verlet, 1 ms step 10 %",
         "Verlet, 1 ms step 1 %",
@@ -67,7 +67,7 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     ]
     assert outside(part.chart) == cut_off(shared_window) == []
     part.where.button(1).click()
-    assert "5.00 million processor cycles a second" in part.answer.words.text()
+    assert "5.00 million processor cycles a second" in part.answer.label.text()
     part.where.button(0).click()
 
 
@@ -94,7 +94,7 @@ def test_total_errors_are_shown_before_their_parts(page, shared_window, qtbot):
         part.run()
     assert early[0].options[0].parts == ()
     assert sum(part.found.options[0].parts) == pytest.approx(part.found.options[0].error)
-    assert part.answer.words.text() == part.found.sentence("computer")
+    assert part.answer.label.text() == part.found.sentence("computer")
     assert len(part.table.texts()) == 1 + 2
     assert part.use_button.isHidden()  # the damping has no choice of methods
 
@@ -176,7 +176,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
     part = show(page, 2)
     assert part.table.texts()[1] == ("Free\nnot run yet", *[""] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
-    assert part.answer.words.text().endswith(
+    assert part.answer.label.text().endswith(
         "needs mass, damping, friction, sensor steps. Without the other properties, most people would "
         "feel no difference."
     )
@@ -190,7 +190,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
         "press",
     ]
     QTest.keyClick(part.table, Qt.Key.Key_Right)  # only the most sensitive people feel an effect of 0.9 JND
-    assert part.side.words.text() == "Only the most sensitive people notice if this property is missing."
+    assert part.side.label.text() == "Only the most sensitive people notice if this property is missing."
     assert part.table.texts()[1][5].startswith("0.9 †")
     write(tmp_path / "a.json", *part.exports())
     assert "wall" in (tmp_path / "a.json").read_text()

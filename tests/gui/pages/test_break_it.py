@@ -33,7 +33,7 @@ def test_the_chosen_failure_is_tried_on_both_sides_of_its_limit_and_exported(pag
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))
     assert (record.inside.value, record.outside.value) == pytest.approx((198.0, 202.0))
-    assert page.verdict.words.text() == "Decays by 0.01 1/s"
+    assert page.verdict.label.text() == "Decays by 0.01 1/s"
     assert page.verdict.more.text() == "198 N/m, 0.99 of the limit 200 N/m. In truth it decays by 1 1/s."
     first, second, curve = drawn(page.detail.chart)
     titles = [axes.get_title(loc="left").replace("\n", " ") for axes in (first, second)]
@@ -60,7 +60,7 @@ def test_buttons_slider_box_and_chart_turn_the_knob_and_conditions_move_the_limi
     QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(202.0)
-    assert page.verdict.words.text() == "Grows by 0.01 1/s"
+    assert page.verdict.label.text() == "Grows by 0.01 1/s"
     page.knob.row.slider.setFocus()
     QTest.keyClick(page.knob.row.slider, Qt.Key.Key_Right)
     settled(page, qtbot)
@@ -102,7 +102,7 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(p
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
     assert page.record.failure.key == "step"
-    assert page.verdict.words.text() == "This value was not tried yet"
+    assert page.verdict.label.text() == "This value was not tried yet"
     assert not page.knob.isEnabled()
     measured(page, qtbot)
     assert (page.knob.row.unit.text(), page.knob.inside.text()) == ("ms", "5 % inside the limit")
@@ -124,14 +124,14 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(p
 
 
 def test_a_limit_without_a_unit_names_its_quantity():
-    for key, value, words in (
+    for key, value, text in (
         ("integrators", 1.64, "Limit ω·dt 1.64"),
         ("bounce", 0.4, "Limit lateness 0.4"),
         ("sampled_spring", 1001.9, "Limit 1,002 N/m"),
     ):
         record = Record(failures()[key])
         record.limit = value
-        assert known_text(record, busy=False) == words
+        assert known_text(record, busy=False) == text
 
 
 def test_tiny_traces_have_ticks_that_can_be_read():
@@ -166,24 +166,24 @@ def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     page.list.choose("refuses")
     assert page.knob.row.box.text() == ""
     qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
-    assert page.verdict.words.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
+    assert page.verdict.label.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
     assert page.bar.status.text() == "The failure could not be tried"
     assert spoken(page) == "A limit that nobody knows. Could not be tried"
     page.list.choose("grows")
-    assert page.verdict.words.text() == "Decays by 0.01 1/s"
+    assert page.verdict.label.text() == "Decays by 0.01 1/s"
     assert page.knob.row.box.text() == "198"
     failure, before = page.record.failure, page.record.failure.probe
     object.__setattr__(failure, "probe", lambda value, case: 1 / 0)
     page.turn(1.2)
-    qtbot.waitUntil(lambda: "division by zero" in page.verdict.words.text())
+    qtbot.waitUntil(lambda: "division by zero" in page.verdict.label.text())
     object.__setattr__(failure, "probe", before)
     page.turn(1.3)
-    qtbot.waitUntil(lambda: page.verdict.words.text() == "Grows by 0.3 1/s")
+    qtbot.waitUntil(lambda: page.verdict.label.text() == "Grows by 0.3 1/s")
     for bound, what in ((math.inf, "works"), (0.0, "fails")):
         object.__setattr__(failure, "limit", lambda case, bound=bound: bound)
         page.run()
-        words = f"There is no limit under these conditions: every value {what}. Change a condition."
-        qtbot.waitUntil(lambda words=words: page.verdict.words.text() == words)
+        text = f"There is no limit under these conditions: every value {what}. Change a condition."
+        qtbot.waitUntil(lambda text=text: page.verdict.label.text() == text)
         assert not page.verdict.feel.isEnabled()
 
 

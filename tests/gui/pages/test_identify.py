@@ -54,12 +54,12 @@ def test_a_check_mark_requires_that_the_interval_contains_the_set_value(
     one = Estimate("stiffness", value, half, asked, asked)
     page.show_result(replace(found, rendered=replace(found.rendered, estimates=(one,), points=None)))
     assert page.answer.sign.name == sign
-    assert page.answer.words.text().endswith(said)
+    assert page.answer.label.text().endswith(said)
 
 
 @pytest.mark.slow
 def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
-    assert page.answer.words.text() == (
+    assert page.answer.label.text() == (
         "Move the handle or press Shake handle. Then press Identify to "
         "compare the rendered values with those you set."
     )
@@ -69,7 +69,7 @@ def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
     assert not page.shaking.isEnabled()
 
     page.show_result(found)
-    assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, the device gave 29")
+    assert page.answer.label.text().startswith("Stiffness: you set 300 N/m, the device gave 29")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles[1:] == ["velocity into the wall, mm/s", "velocity out of the wall, mm/s", LEFT_OVER]
     for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):
@@ -85,20 +85,20 @@ def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
     assert page.point.text().endswith(found.force_known)
     page.parts.button(1).click()
     assert page.point.text().endswith(found.force_known)
-    assert page.answer.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
+    assert page.answer.label.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]
 
     page.parts.button(0).click()
     nothing = replace(found, rendered=Part("rendered", advice="No."), handle=Part("handle", advice="No."))
     still = identify(from_run(hs.simulate("wall", seconds=1.0)))
-    for what, words, shown in (
+    for what, text, shown in (
         (found, found.sentences(found.rendered)[0], True),
         (still, "Unknown: the handle never touched the surface. Push into it.", False),
         (nothing, "No.", False),
     ):
         page.show_result(what)
-        assert page.answer.words.text() == words
+        assert page.answer.label.text() == text
         assert page.answer.sign.name == ("info" if shown else "triangle")
         assert page.chart.isVisible() == shown
         assert page.how.isVisible() != shown
@@ -141,7 +141,7 @@ def test_texts_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
     )
     for what, change, back in changes:
         change()
-        assert page.answer.words.text() == (
+        assert page.answer.label.text() == (
             f"The result is out of date, because the {what} changed. Press Identify again."
         )
         assert page.answer.sign.name == "circle"

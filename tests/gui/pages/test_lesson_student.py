@@ -91,7 +91,7 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     swing = [(0.0, 0), (0.5, 18), (1.5, -18), (2.5, 18), (3.0, 0)]
     student.drag(swing, student.correct("1.1"))
     student.let_go()
-    assert page.tasks["1.1"].words.text().startswith("Stiffness: ")
+    assert page.tasks["1.1"].label.text().startswith("Stiffness: ")
 
     QTest.keyClick(window, Qt.Key.Key_Right, ALT)
     assert page.place.text() == "Step 2 of 3"
@@ -105,9 +105,9 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     student.let_go()
     energy = page.tasks["2.3"]
     student.type_into(energy.field, "12")
-    assert energy.words.text() == f"12 mJ is too high. {task_of('2.3').wrong}"
+    assert energy.label.text() == f"12 mJ is too high. {task_of('2.3').wrong}"
     student.type_into(energy.field, f"{1e3 * 0.5 * 120 * 0.010**2:g}")
-    assert energy.words.text() == "6 mJ is correct."
+    assert energy.label.text() == "6 mJ is correct."
 
     student.click(page.next)
     assert page.place.text() == "Step 3 of 3"
@@ -121,10 +121,10 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
         qtbot.waitUntil(lambda deadline=deadline: rests() or time.monotonic() > deadline)
         if rests():
             break
-    assert rests(), page.tasks["3.5"].words.text()
+    assert rests(), page.tasks["3.5"].label.text()
     options = page.tasks["3.6"].options
     student.click(options[2])
-    assert page.tasks["3.6"].words.text() == task_of("3.6").wrong
+    assert page.tasks["3.6"].label.text() == task_of("3.6").wrong
     for _ in range(2):  # select the first option with the keyboard
         QTest.keyClick(window.focusWidget(), Qt.Key.Key_Up)
     assert options[0].isChecked()

@@ -204,26 +204,26 @@ def test_leaving_a_lesson_restores_everything(page, kept_window):
 @pytest.mark.slow
 def test_answers_are_judged_in_a_sentence(small):
     choice, number = small.tasks["1.2"], small.tasks["1.3"]
-    assert not choice.words.isVisible()
+    assert not choice.label.isVisible()
     choice.options[0].click()
-    assert choice.words.text() == "Look again."
+    assert choice.label.text() == "Look again."
     choice.options[1].click()
-    assert choice.words.text() == "Your answer is correct."
+    assert choice.label.text() == "Your answer is correct."
     QTest.keyClicks(number.field, "350")
     QTest.keyClick(number.field, Qt.Key.Key_Return)
-    assert number.words.text() == "350 N/m is too high."
+    assert number.label.text() == "350 N/m is too high."
     assert not small.player.progress.step_done(0)
     number.field.setText("305")
     QTest.keyClick(number.field, Qt.Key.Key_Return)
-    assert number.words.text() == "305 N/m is correct."
+    assert number.label.text() == "305 N/m is correct."
 
 
 @pytest.mark.slow
 def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot):
     """The task's text explains what is missing; the user does not have to press Record."""
     window, task = kept_window, small.tasks["1.1"]
-    move_until(window, qtbot, lambda: "correct" in task.words.text())
-    assert task.words.text().startswith("Distance moved: ")
+    move_until(window, qtbot, lambda: "correct" in task.label.text())
+    assert task.label.text().startswith("Distance moved: ")
     window.live.tick()
     window.centre.time.refresh()
     start, stop = window.centre.time.shown.evaluated
@@ -237,7 +237,7 @@ def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot
 def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window, qtbot):
     window = kept_window
     small.tasks["1.2"].options[1].click()
-    move_until(window, qtbot, lambda: "correct" in small.tasks["1.1"].words.text())
+    move_until(window, qtbot, lambda: "correct" in small.tasks["1.1"].label.text())
     small.go(1)
     QTest.keyClicks(small.tasks["2.4"].text, "Like a spring.")
     small.player.leave()
@@ -249,7 +249,7 @@ def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window
     assert small.tasks["2.4"].text.toPlainText() == "Like a spring."
     small.go(-1)
     assert small.tasks["1.2"].options[1].isChecked()
-    assert "correct" in small.tasks["1.1"].words.text()
+    assert "correct" in small.tasks["1.1"].label.text()
 
 
 @pytest.mark.slow
@@ -388,11 +388,11 @@ def test_a_damaged_progress_file_is_renamed_and_the_lesson_starts_from_the_begin
 @pytest.mark.slow
 def test_a_hint_opens_and_closes(small, qtbot):
     (hint,) = small.body.findChildren(HintPart)[-1:]
-    assert not hint.words.isVisibleTo(hint)
+    assert not hint.label.isVisibleTo(hint)
     hint.button.click()
-    assert hint.words.isVisibleTo(hint)
+    assert hint.label.isVisibleTo(hint)
     hint.button.click()
-    assert not hint.words.isVisibleTo(hint)
+    assert not hint.label.isVisibleTo(hint)
 
 
 @pytest.mark.slow

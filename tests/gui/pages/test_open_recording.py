@@ -95,20 +95,20 @@ def test_a_table_with_the_studio_column_names_is_held_without_asking(window, qtb
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("time_s,position_m,force_applied_N\n0,0,0\n0,1,2\n", "bad.csv has times that decrease or repeat"),
         ("nothing", "bad.csv has 0 rows of numbers"),
     ],
 )
-def test_an_unreadable_file_is_reported_in_a_banner(window, qtbot, tmp_path, text, words):
+def test_an_unreadable_file_is_reported_in_a_banner(window, qtbot, tmp_path, text, message):
     path = tmp_path / "bad.csv"
     path.write_text(text)
     window.opener.open(str(path))
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
     notice = window.banners.get("recording")
     assert "No curve was kept." in notice.title
-    assert words in notice.text
+    assert message in notice.text
     assert not window.centre.held.traces
 
 
@@ -117,11 +117,11 @@ def test_the_dialog_opens_the_file_only_once_each_column_is_chosen_once(window, 
     path.write_text("a;b;c\n0;1;2\n1;2;3\n")
     window.opener.open(str(path))
     sheet = columns_sheet(window, qtbot)
-    assert sheet.verdict.words.text() == "Choose the column of the time and the position and the force."
+    assert sheet.verdict.label.text() == "Choose the column of the time and the position and the force."
     assert not sheet.take.isEnabled()
     for quantity, name in (("time", "a"), ("position", "b"), ("force", "b")):
         sheet.names[quantity].setCurrentIndex(sheet.names[quantity].findData(name))
-    assert sheet.verdict.words.text() == (
+    assert sheet.verdict.label.text() == (
         "Two quantities use the same column. Choose a different column for one of them."
     )
     assert not sheet.take.isEnabled()
@@ -149,8 +149,8 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     sheet.take.click()
     qtbot.waitUntil(lambda: page.found is not None)
     assert page.found.rendered["stiffness"].value == pytest.approx(210.0, abs=0.3)
-    assert page.answer.words.text().startswith("Stiffness: 210.")
-    assert page.side.words.text() == "The values are identified from the file “lab.csv”."
+    assert page.answer.label.text().startswith("Stiffness: 210.")
+    assert page.side.label.text() == "The values are identified from the file “lab.csv”."
     assert ("File", "lab.csv") in page.conditions.pairs
     assert page.point.text().endswith(page.found.force_known)
     assert "The force is taken from the file" in page.found.force_known
@@ -160,7 +160,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     assert cut_off(page) == cut_off(page.side) == []
     # the window's settings do not affect the result
     window.studio.set_value("stiffness", 123.0)
-    assert page.answer.words.text().startswith("Stiffness: 210.")
+    assert page.answer.label.text().startswith("Stiffness: 210.")
     # the handle can be identified only if no hand holds it
     assert "hand's force is not measured" in page.found.handle.advice
     assert page.released.isVisible()
@@ -173,7 +173,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     hs.simulate("spring", {"stiffness": 300.0}, hand="shake", seconds=2.0).save(tmp_path / "felt.hapkit")
     page.opener.open(str(tmp_path / "felt.hapkit"))
     qtbot.waitUntil(
-        lambda: page.side.words.text() == "The values are identified from the file “felt.hapkit”."
+        lambda: page.side.label.text() == "The values are identified from the file “felt.hapkit”."
     )
     assert page.found.rendered["stiffness"].asked == 300.0
     assert page.found.rendered["stiffness"].value == pytest.approx(300.0, abs=0.3)

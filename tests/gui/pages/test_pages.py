@@ -131,10 +131,10 @@ def test_errors_and_defects_of_a_job_are_reported(job, qtbot, capsys):
     def refuse(progress):
         raise ParameterError("The rate must be more than 0 Hz.")
 
-    for work, words in ((refuse, "The rate must be more than 0 Hz."), (lambda progress: 1 / 0, "division")):
+    for work, text in ((refuse, "The rate must be more than 0 Hz."), (lambda progress: 1 / 0, "division")):
         with qtbot.waitSignal(job.failed) as said:
             job.start(work)
-        assert words in said.args[0]
+        assert text in said.args[0]
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 

@@ -80,7 +80,7 @@ def test_points_and_comments_are_entered_by_keyboard_and_the_data_are_unchanged(
     assert [row.points for row in found.rows] == [2, None, None]
     assert found.rows[0].comment == "Good slope"
     assert found.comments == (review.Comment("Why?", step=1),)
-    assert "Some criteria have no points yet" in dialog.answer.words.text()
+    assert "Some criteria have no points yet" in dialog.answer.label.text()
     assert (folder() / "ada.hapkit").read_bytes() == handed_in
 
 
@@ -98,7 +98,7 @@ def test_changing_a_saved_review_keeps_a_new_reply(dialog):
 def test_a_review_without_a_name_is_not_saved(dialog):
     typed(dialog.name, " ")
     dialog.save.click()
-    assert "needs the reviewer's name" in dialog.answer.words.text()
+    assert "needs the reviewer's name" in dialog.answer.label.text()
     assert not list(folder().glob("*.review"))
 
 
@@ -133,8 +133,8 @@ def test_all_reviews_are_shown_and_answered(page, qtbot):
     dialog = sheet_of(page.window(), ReviewDialog)
     QTest.mouseClick(dialog.parts.button(1), Qt.MouseButton.LeftButton)
     shown = dialog.all.text()
-    for words in ("Bob on ada.hapkit", "Eve on ada.hapkit", "broken.review"):
-        assert words in shown
+    for text in ("Bob on ada.hapkit", "Eve on ada.hapkit", "broken.review"):
+        assert text in shown
     assert not dialog.save.isVisible()
     dialog.to.setCurrentIndex(dialog.to.findText("Reply to Eve"))
     typed(dialog.answer_text, "Thank you")

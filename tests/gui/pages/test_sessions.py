@@ -64,12 +64,12 @@ def choose(page, name):
 def test_the_folder_is_listed_and_unreadable_files_say_why(page):
     assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
     choose(page, "broken")
-    assert page.side.words.text() == "broken.hapkit is not a session of Hapkit Studio."
+    assert page.side.label.text() == "broken.hapkit is not a session of Hapkit Studio."
     assert not page.export.isEnabled()
     assert page.chart.isHidden()
     choose(page, "friction in the lab")
     assert page.side.heading.text() == "friction in the lab"
-    assert page.side.words.text() == "2.0 s, 2,000 samples"
+    assert page.side.label.text() == "2.0 s, 2,000 samples"
     assert dict(page.facts.pairs)["Environments"] == "Wall, Spring"
     assert page.happened.pairs == [
         ("0.25 s", "a quarter"),
@@ -81,14 +81,14 @@ def test_the_folder_is_listed_and_unreadable_files_say_why(page):
 
 def test_a_search_needs_every_word_and_only_new_files_are_read(page, qtbot, monkeypatch):
     whole = {"friction in the lab", "Wall to its limit"}
-    for words, found in (
+    for text, found in (
         ("LIMIT wall", {"Wall to its limit"}),
         ("quarter", whole),
         ("spring simulated", whole),
         ("quarter broken", set()),
     ):
         page.search.clear()
-        QTest.keyClicks(page.search, words)
+        QTest.keyClicks(page.search, text)
         assert listed(page) == found
         assert (page.chosen is not None) == bool(found)
     page.search.clear()
@@ -265,10 +265,10 @@ def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
     assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Recording not ended"
     assert (
         "its newest samples are in killed.hapkit-wal. To make one complete file, save a copy"
-        in page.side.words.text()
+        in page.side.label.text()
     )
     enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
-    assert {words for words, on in enabled.items() if not on} == {"Note…", "Rename…"}
+    assert {text for text, on in enabled.items() if not on} == {"Note…", "Rename…"}
     assert len(enabled) == 7
     assert not shared_window.actions_by_key.run("session.rename")
     assert not [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]

@@ -24,7 +24,7 @@ from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import map_parameters
 from hapkit_studio.gui.state.studio import Studio
-from tests.gui.pages.drawing_support import click, drawn, outside, point, spot, words
+from tests.gui.pages.drawing_support import click, drawn, outside, point, spot, texts
 from tests.gui.pages.stability_support import follow, made_up
 from tests.gui.shell.test_layout import cut_off, resize
 from tests.gui.window_support import PATIENCE_MS, put_back
@@ -102,7 +102,7 @@ def test_the_map_judges_the_current_loop_and_the_dot_follows_the_sliders(page, w
         window.studio.set_value("stiffness", stiffness)
         assert follow(page, qtbot).margin.stiffness == stiffness
     assert page.chart.figure.axes == [axes], "nothing was drawn anew"
-    assert page._dot.words.get_text() == "700 N/m, 2.0 N·s/m"
+    assert page._dot.label.get_text() == "700 N/m, 2.0 N·s/m"
     assert axes_of(page) == before
     window.studio.set_value("stiffness", 5000.0)
     follow(page, qtbot)
@@ -193,7 +193,7 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     qtbot.waitUntil(lambda: "has no stiffness" in column.out.text())
     assert column.heading.text() == "Stable"
     assert column.limits.pairs == []
-    assert not any("N/m, " in word for word in words(wall_page.chart)), "there is no dot"
+    assert not any("N/m, " in word for word in texts(wall_page.chart)), "there is no dot"
     assert "has no stiffness or damping to set" in wall_page.side.try_hint.text()
 
 
@@ -244,7 +244,7 @@ def test_an_adaptive_window_has_no_exact_limit_but_can_be_measured(page, window,
     window.studio.set_loop(estimator="foaw")
     follow(page, qtbot)
     assert "there is no exact limit" in page.verdict_column.out.text()
-    assert "Exact boundary" not in words(page.chart)
+    assert "Exact boundary" not in texts(page.chart)
     assert page.bar.run.isEnabled()
     assert reading(page.lines, 1.0, 100.0)[1] == "No exact limit"
 
@@ -293,7 +293,7 @@ def test_every_hand_has_a_boundary_and_nothing_is_cut_off(page, window, qapp, qt
     assert list(page.lines.hands) == ["released", "light", "medium", "firm"]
     assert plane.margin.limit == min(plane.hands.values())
     assert max(limits.max() for limits in page.lines.hands.values()) <= plane.top
-    assert {"light grip", "medium grip", "firm grip"} <= set(words(page.chart))
+    assert {"light grip", "medium grip", "firm grip"} <= set(texts(page.chart))
     page.bar.show_text("Measured 100 × 100 cells in 12.3 s")
     column = page.verdict_column
     for size in ((1280, 720), (800, 560)):
@@ -326,7 +326,7 @@ def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
     assert page.bar.status.text() == "Measured 4 × 3 cells in 3.1 s"
-    assert {"Measured boundary: beyond this map", "buzzes without growing"} <= set(words(page.chart))
+    assert {"Measured boundary: beyond this map", "buzzes without growing"} <= set(texts(page.chart))
     window.studio.set_value("stiffness", 500.0)
     follow(page, qtbot)
     assert not page._map.outdated, "another dot is no other condition"
@@ -353,7 +353,7 @@ def test_measurements_with_and_without_the_controller_are_shown_together(wall_pa
     page.show_result(made_up(plain))
     page.show_result(made_up(controlled))
     beyond = {f"{name}: beyond this map" for name in ("Measured boundary", "Bounded")}
-    assert beyond <= set(words(page.chart))
+    assert beyond <= set(texts(page.chart))
     page.show_result(made_up(controlled))
     assert {m.setting.controller for m in page.results.all} == {False, True}
     assert len(page.results.all) == 2

@@ -14,7 +14,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
-from tests.gui.pages.drawing_support import leave, outside, point, words
+from tests.gui.pages.drawing_support import leave, outside, point, texts
 from tests.gui.shell.test_fits import misfits
 from tests.gui.shell.test_layout import resize
 
@@ -87,7 +87,7 @@ def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_use
     assert result.place == "Simulation"
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     assert (result.stiffness > result.linear).all()  # friction raises the linear limit
-    assert page.answer.words.text() == result.sentence
+    assert page.answer.label.text() == result.sentence
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
@@ -113,8 +113,8 @@ def test_points_appear_one_by_one(page):
         page.arrived.emit(*new)
     assert not page.chart.pale
     assert page.walls.points == points
-    assert "rests at some walls, buzzes at others" in words(page.chart)
-    assert "handle rests at all walls up to here, motor at its limit" in words(page.chart)
+    assert "rests at some walls, buzzes at others" in texts(page.chart)
+    assert "handle rests at all walls up to here, motor at its limit" in texts(page.chart)
     page.job._wanted = None
     page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # this point arrives after the measurement
     assert len(page.walls.points) == 2
@@ -126,7 +126,7 @@ def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
     where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to"
     said = f"{where} at least 1,340 N/m."
-    assert page.answer.words.text() == said
+    assert page.answer.label.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
@@ -134,7 +134,7 @@ def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
         "with the motor at its limit of 3 N. From there to 1,400 N/m it rests at some walls and buzzes at "
         "others."
     )
-    assert page.answer.words.text() == best
+    assert page.answer.label.text() == best
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
     assert page.point.text() == f"{best} Above this stiffness the handle buzzes."
@@ -162,7 +162,7 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
     )
     for what, change, back in changes:
         change()
-        assert page.answer.words.text() == (
+        assert page.answer.label.text() == (
             f"The result is out of date, because {what} changed. Press Measure again."
         )
         assert page.answer.sign.name == "circle"
@@ -178,12 +178,12 @@ def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, win
     resize(qapp, window, (1280, 720))
     assert outside(page.chart) == misfits(window) == []
     page.where.button(DEVICE).click()
-    assert page.answer.words.text().startswith("Press Measure to find the stiffest wall")
+    assert page.answer.label.text().startswith("Press Measure to find the stiffest wall")
     assert not page.bar.export.isEnabled()
     assert page.walls.points == ()
     assert not page.table.isVisible()
     page.where.button(SIMULATION).click()
-    assert page.answer.words.text().startswith("With damping b = 2 N·s/m")
+    assert page.answer.label.text().startswith("With damping b = 2 N·s/m")
     assert page.bar.export.isEnabled()
 
 
@@ -191,7 +191,7 @@ def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, win
 def test_the_scene_shows_the_wall_being_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
-    assert begun.answer.words.text() == "Trying a wall of 200 N/m with a damping of 0 N·s/m"
+    assert begun.answer.label.text() == "Trying a wall of 200 N/m with a damping of 0 N·s/m"
     assert not begun.force.isEnabled()
     begun.bar.run.click()
     assert begun.bar.status.text() == "The measurement was cancelled"
@@ -201,7 +201,7 @@ def test_the_scene_shows_the_wall_being_tried(begun, window):
 def test_an_e_stop_ends_the_measurement_and_stays_latched(begun, window, qtbot):
     with qtbot.waitSignal(begun.job.failed):
         window.studio.stop()
-    assert begun.answer.words.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
+    assert begun.answer.label.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
     assert_over(begun, window)
     assert window.studio.engine.stopped
     reader = window.studio.engine.reader()
@@ -233,7 +233,7 @@ def test_an_instruction_is_shown_to_the_user(page, window):
     page.said.emit("Press gently into the wall and hold.")
     page._mode = DEVICE
     page.show_trial()
-    assert page.answer.words.text() == "Press gently into the wall and hold."
+    assert page.answer.label.text() == "Press gently into the wall and hold."
     page.job._wanted = None
     page.force.box.entered.emit(9.0)
     assert (page.force.error.text(), page.force.value) == ("Force limit must be between 0.1 and 3 N.", 2.0)

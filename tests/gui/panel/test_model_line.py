@@ -24,7 +24,7 @@ def line(qtbot):
 
 
 @pytest.mark.parametrize(
-    ("needs", "model", "words", "tip"),
+    ("needs", "model", "text", "tip"),
     [
         (("mass", "viscous"), "scene", "Simulated: mass, damping and sensor steps", "without friction,"),
         (("mass", "viscous"), "everything", WHOLE, "nobody would feel"),
@@ -44,9 +44,9 @@ def line(qtbot):
         ((), "scene", WHOLE, "not known which of them Free needs"),
     ],
 )
-def test_modelled_and_omitted_terms_are_stated(line, needs, model, words, tip):
+def test_modelled_and_omitted_terms_are_stated(line, needs, model, text, tip):
     line.show_model(scene(*needs), {}, model, modelled=True)
-    assert line.words.text() == words
+    assert line.label.text() == text
     assert tip in line.toolTip()
 
 
@@ -68,13 +68,13 @@ def test_only_the_user_changes_the_model_not_the_display(kept_window):
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "words"), [(None, "Simulated: mass, damping and sensor steps"), (100.0, WHOLE)]
+    ("stiffness", "text"), [(None, "Simulated: mass, damping and sensor steps"), (100.0, WHOLE)]
 )
-def test_with_other_parameters_everything_is_modelled(line, stiffness, words):
+def test_with_other_parameters_everything_is_modelled(line, stiffness, text):
     """The list of needed terms was found for a scene's defaults; a softer wall may also need friction."""
     wall = replace(environments.named("wall"), needs=("mass", "viscous"))
     line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", modelled=True)
-    assert line.words.text() == words
+    assert line.label.text() == text
 
 
 def test_friction_can_be_switched_off_with_one_click_and_undone(kept_window):

@@ -36,8 +36,8 @@ def enter(row, text):
     QTest.keyClick(row.box, Qt.Key.Key_Return)
 
 
-def pick(row, words):
-    index = row.picker.findText(words)
+def pick(row, text):
+    index = row.picker.findText(text)
     row.picker.setCurrentIndex(index)
     row.picker.activated.emit(index)
 

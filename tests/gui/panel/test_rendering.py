@@ -116,8 +116,8 @@ def test_settings_that_the_board_ignores_are_stated(board_window, qtbot):
     studio, note = board_window.studio, board_window.loop.where.note
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
     answered(board_window, qtbot)
-    for words in ("uses the Kalman filter", "added delay", "passivity controller"):
-        assert words in note.text()
+    for text in ("uses the Kalman filter", "added delay", "passivity controller"):
+        assert text in note.text()
     beside = board_window.loop.controller_hint
     assert "not active while the board computes" in beside.text()
     assert not beside.isHidden()
@@ -159,7 +159,7 @@ def test_table_and_card_show_the_same_delay(board_window, qtbot, where):
         board_window.live.refresh()
         said = column(board_window, index)[0].split()[0]
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
-        qtbot.waitUntil(lambda said=said: f"The delay is {said} ms" in card.words.text(), timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda said=said: f"The delay is {said} ms" in card.label.text(), timeout=PATIENCE_MS)
     engine = studio.engine
     rate = 1000.0 if where == "computer" else engine.decision().in_force.rate
     assert (card.facts.setting().rate, card.facts.setting().delay) == (

@@ -33,7 +33,7 @@ def said(window):
     """Return the card's headline and text, and the status bar's text."""
     card, field = window.stability, window.status.margin
     sign = field.sign.name, field.sign.token
-    return card.verdict.text, card.words.text(), field.words.text(), sign
+    return card.verdict.text, card.label.text(), field.label.text(), sign
 
 
 def test_the_boundary_passes_through_the_limit_at_the_requested_damping():
@@ -50,8 +50,8 @@ def test_the_ring_of_a_dot_at_zero_damping_covers_no_number(window, scale):
     canvas.resize(round(240 * scale), canvas.height())
     canvas.show_answer(answer(asked(2000.0, setting=LoopSettings(delay=1e-3))))
     picture = canvas.grab().toImage()
-    frame, words = canvas.measure(), colored(picture, "axis")
-    numbers, ring = words[words[:, 1] < frame.bottom(), 0], colored(picture, "warn")[:, 0]
+    frame, drawn = canvas.measure(), colored(picture, "axis")
+    numbers, ring = drawn[drawn[:, 1] < frame.bottom(), 0], colored(picture, "warn")[:, 0]
     assert numbers.min() > 2
     assert frame.left() - 11 * scale < ring.min() < frame.left() - 7 * scale
     assert numbers[numbers < frame.left()].max() + 1 < ring.min()
@@ -82,7 +82,7 @@ def test_each_hand_has_its_own_sign(window):
     """At 1,800 N/m and 1 ms delay, a light grip is stable, but a released handle buzzes after a tiny push."""
     card = window.stability
     card.show_answer(answer(asked(1800.0, 0.0, LoopSettings(delay=1e-3, hand="light"))))
-    seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
+    seen = [(line.sign.token, line.label.property("ink")) for line in card.verdict.lines]
     assert card.verdict.text.startswith("In your hand, the handle is stable")
     assert seen == [("ok", "ink"), ("warn", "warn")]
     card.show_answer(answer(asked(250.0)))
@@ -99,7 +99,7 @@ def test_the_map_belongs_to_the_hand_that_determines_the_verdict(window, environ
     limit = hands(setting, 0.0)[hand]
     assert dict(found.edge)[0.0] == limit
     assert ("while you hold the handle" if hand == "medium" else "after you let go") in card.caption.text()
-    assert f"{limit:,.0f} N/m" in card.words.text()
+    assert f"{limit:,.0f} N/m" in card.label.text()
     assert card.calm == (limit > 1800.0)
 
 
@@ -108,8 +108,8 @@ def test_without_stiffness_there_is_no_stiffness_limit(window):
     for strength, want in ((4.0, False), (50.0, True)):
         scene = VerdictInput(damping, damping.values({"damping": strength}), LoopSettings(delay=1e-3))
         card.show_answer(answer(CardRequest(scene, 8.0)))
-        assert "N/m" not in card.words.text()
-        assert ("the damping is too high" in card.words.text()) == want
+        assert "N/m" not in card.label.text()
+        assert ("the damping is too high" in card.label.text()) == want
 
 
 def test_a_scene_without_a_limit_is_judged_by_simulation(window, qtbot):

@@ -53,10 +53,10 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     press(window, Qt.Key.Key_X)
     press(window, Qt.Key.Key_X)
     assert len(window.two.stored) == 1  # the same settings are not stored twice
-    assert (row.words.text(), row.button.isEnabled()) == ("Settings A are active", False)
+    assert (row.label.text(), row.button.isEnabled()) == ("Settings A are active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
-    assert (row.words.text(), row.button.text()) == (
+    assert (row.label.text(), row.button.text()) == (
         "These settings are neither A nor B",
         "Store settings as B",
     )
@@ -65,14 +65,14 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
         press(window, Qt.Key.Key_X)
         assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
-        assert row.words.text() == f"Settings {sign} are active"
+        assert row.label.text() == f"Settings {sign} are active"
     assert window.history.stack.count() == steps  # switching adds no undo step
     studio.choose("spring")
     assert row.isHidden()
     studio.choose("wall")
     studio.set_value("damping", 1.0)
     press(window, Qt.Key.Key_X)  # neither A nor B is active, so the key selects the one that was active last
-    assert row.words.text() == "Settings A are active"
+    assert row.label.text() == "Settings A are active"
 
 
 def test_the_active_settings_are_visible_in_the_smallest_window(window, qapp):
@@ -121,8 +121,8 @@ def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
         press(window, Qt.Key.Key_X)
         assert {first[-1], rendered[-1]} == {300.0, 900.0}
         assert settings_of(window.studio) == before
-        words = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
-        assert not [text for text in words if "300" in text or "900" in text]
+        texts = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
+        assert not [text for text in texts if "300" in text or "900" in text]
         page.choices[stiffer if number != 4 else 1 - stiffer].click()
     assert set(first) == {300.0, 900.0}  # each of the two settings came first in some trials
     page.end_button.click()
@@ -209,8 +209,8 @@ def test_a_demo_ends_when_a_comparison_starts_or_one_line_gives_the_reason(compa
 
 
 @pytest.mark.parametrize(
-    ("right", "answers", "words"),
+    ("right", "answers", "text"),
     [(0, 0, "No answer was given."), (2, 3, "2 of 3 answers are correct. Guessing would give 1.5.")],
 )
-def test_the_score_states_the_average_of_guessing(right, answers, words):
-    assert score(right, answers) == words
+def test_the_score_states_the_average_of_guessing(right, answers, text):
+    assert score(right, answers) == text

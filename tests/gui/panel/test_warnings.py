@@ -97,9 +97,9 @@ def test_the_conditions_are_those_of_the_current_device_and_loop(kept_window, qt
 def test_a_line_shows_the_first_sentence_and_its_tooltip_everything(qtbot):
     line = WarningLine("Above 0.05 m/s a ridge is missed; the handle moved at 0.1 m/s.")
     qtbot.addWidget(line)
-    assert line.words.text() == "Above 0.05 m/s a ridge is missed …"
+    assert line.label.text() == "Above 0.05 m/s a ridge is missed …"
     assert unbroken("the handle moved at 0.1 m/s.") in line.toolTip()
-    assert WarningLine("Too stiff at 1000 Hz").words.text() == "Too stiff at 1000 Hz"
+    assert WarningLine("Too stiff at 1000 Hz").label.text() == "Too stiff at 1000 Hz"
 
 
 @pytest.mark.slow
@@ -121,7 +121,7 @@ def test_warnings_and_verdict_stay_visible_and_the_map_if_it_fits(
     qapp.processEvents()
     assert len(lines.texts) == 2
     assert card.map.isVisible() == mapped
-    for part in (lines, card.verdict, card.words):
+    for part in (lines, card.verdict, card.label):
         assert panel.rect().contains(QRect(part.mapTo(panel, QPoint()), part.size()))
         assert part.height() >= part.heightForWidth(part.width())
     assert panel.upper.height() >= 200 or not mapped

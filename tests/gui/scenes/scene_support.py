@@ -36,7 +36,7 @@ def state_of(key, **numbers):
 
 def paint(view, position, state=(), applied=0.0, hand=None, stopped=False):
     """Paint the view with the handle at a position in m and return the picture."""
-    view._words.invalidate()
+    view._read_out.invalidate()
     view.update_state(position, applied, applied, hand, False, stopped, np.asarray(state, dtype=float))
     return view.grab()
 

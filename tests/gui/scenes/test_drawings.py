@@ -73,8 +73,8 @@ def test_an_arrow_is_drawn_if_and_only_if_the_number_is_not_zero(qtbot, force, s
 def test_force_and_depth_numbers_are_steady_and_agree_with_the_drawing(qtbot, monkeypatch):
     """Numbers are steady for changes below 0.02 N and 0.1 mm; a depth is never negative."""
     monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
-    written, words = [], stage.paint_text
-    monkeypatch.setattr(stage, "paint_text", lambda *given: (written.append(given[3]), words(*given)))
+    written, paint_text = [], stage.paint_text
+    monkeypatch.setattr(stage, "paint_text", lambda *given: (written.append(given[3]), paint_text(*given)))
     view, _ = scene_of(qtbot, "wall")
 
     def said(force, position=0.0):
@@ -185,10 +185,10 @@ def test_the_button_is_drawn_in_each_state_and_clicks_are_counted(qtbot):
         covered = 2.25 * stage.u if 1e3 * handle >= face else 0.9 * stage.u
         assert left == pytest.approx(stage.x(face) + covered, abs=2 * NEAR)
         assert right == pytest.approx(stage.x(face + 7.0), abs=2 * NEAR)
-    out, words = shot(view, 0.0105, state_of("button")), len(view.text_boxes())
+    out, count = shot(view, 0.0105, state_of("button")), len(view.text_boxes())
     assert (out != shot(view, 0.0105, state_of("button", pressed=1.0))).any()
     shot(view, 0.0105, state_of("button", pressed=1.0, downs=1.0))
-    assert len(view.text_boxes()) == words + 1
+    assert len(view.text_boxes()) == count + 1
 
 
 def test_bristles_lean_with_the_tether_and_a_label_says_that_they_stick(qtbot):
@@ -203,9 +203,9 @@ def test_bristles_lean_with_the_tether_and_a_label_says_that_they_stick(qtbot):
     # the bristle is a parabola; its displacement in this row is 0.70 of the displacement of its end
     assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
     held(0.001, slides=-1.0)
-    words = len(view.text_boxes())
+    count = len(view.text_boxes())
     held(0.001)
-    assert len(view.text_boxes()) == words + 1
+    assert len(view.text_boxes()) == count + 1
 
 
 def test_sliding_bristles_lean_by_the_kinetic_force():

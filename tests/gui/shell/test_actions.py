@@ -117,9 +117,9 @@ def test_single_letter_keys_can_be_switched_off(shown):
 @pytest.mark.slow
 def test_the_key_sheet_opens_once_and_lists_every_key(shown):
     sheet = KeysDialog(TABLE, shown)
-    words = " ".join(label.text() for label in sheet.findChildren(QLabel))
+    text = " ".join(label.text() for label in sheet.findChildren(QLabel))
     for action in TABLE:
-        assert all(action.text in words and native(key) in words for key in action.keys)
+        assert all(action.text in text and native(key) in text for key in action.keys)
     for _ in range(3):
         shown.actions_by_key.run("help.keys")
     shown.actions_by_key.run("help.about")

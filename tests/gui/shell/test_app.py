@@ -98,7 +98,7 @@ def test_a_mistake_in_the_labs_file_is_shown_in_the_window_and_no_loop_starts(
         notice = window.banners.get("device")
         assert notice.title == "lab.toml: force_limit is 'two'; it must be a number from 0.1 to 100 N."
         assert notice.text.startswith(f"The force stays zero. Correct {file}")
-        assert not {"Try again", "Use simulated Hapkit"} & {words for words, _ in notice.buttons}
+        assert not {"Try again", "Use simulated Hapkit"} & {text for text, _ in notice.buttons}
         assert window.studio.engine is None
         assert [entry.key for entry in window.studio.device.entries()] == ["simulated"]
         assert compiled == []  # nothing delays the message

@@ -39,7 +39,7 @@ def rows(palette):
 
 
 @pytest.mark.parametrize(
-    ("sought", "words", "found"),
+    ("sought", "text", "found"),
     [
         ("", "Wall", True),
         ("pau pic", "Pause the picture", True),
@@ -51,8 +51,8 @@ def rows(palette):
         ("(", "Pause the picture", False),
     ],
 )
-def test_search_matches_whole_words_parts_and_letters_in_order(sought, words, found):
-    assert bool(matches(sought, words)) == found
+def test_search_matches_whole_words_parts_and_letters_in_order(sought, text, found):
+    assert bool(matches(sought, text)) == found
 
 
 def test_every_action_is_listed_once_with_its_menu_and_keys(shown, palette):
@@ -101,8 +101,8 @@ def test_the_palette_is_opened_from_the_right_end_of_the_menu_bar(shown):
     bar = shown.menuBar()
     button = bar.cornerWidget()
     assert button.isVisible()
-    words = [part.text() for part in button.findChildren(QLabel)]
-    assert words == ["Find a command", "Ctrl+K"]
+    labels = [part.text() for part in button.findChildren(QLabel)]
+    assert labels == ["Find a command", "Ctrl+K"]
 
 
 @pytest.mark.slow

@@ -49,7 +49,7 @@ def test_the_window_renders_records_judges_and_shows_all_pages(entry, shown, qtb
     assert api.open_session(path).settings["device"]["title"] == device.title
     card = shown.stability
     qtbot.waitUntil(
-        lambda: bool(card.verdict.text) and bool(card.words.text()) and card.verdict.text != JUDGING
+        lambda: bool(card.verdict.text) and bool(card.label.text()) and card.verdict.text != JUDGING
     )
     for key in pages.discover():
         shown.views.show(key)

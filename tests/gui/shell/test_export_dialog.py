@@ -32,7 +32,7 @@ def test_it_writes_the_panels_values_at_the_time_of_saving(window, sheet, tmp_pa
     sheet.write(str(tmp_path / "mine.ino"))
     text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
     assert "stiffness = 430.0f" in text
-    assert f"Saved mine/mine.ino in {tmp_path}." in sheet.verdict.words.text()
+    assert f"Saved mine/mine.ino in {tmp_path}." in sheet.verdict.label.text()
 
 
 @pytest.mark.slow
@@ -73,27 +73,27 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
     # limit K = 2 b / (T + 2 t) of a released handle without rendered damping; the delay t equals the period T
     limit = 2.0 * 0.5 / (1e-3 + 2e-3)
-    words = sheet.verdict.words.text()
-    assert "At 1,000 Hz" in words
-    assert "In your hand, a push of more than" in words
-    found = float(re.search(r"limit of ([\d,]+) N/m in your hand", words)[1].replace(",", ""))
+    text = sheet.verdict.label.text()
+    assert "At 1,000 Hz" in text
+    assert "In your hand, a push of more than" in text
+    found = float(re.search(r"limit of ([\d,]+) N/m in your hand", text)[1].replace(",", ""))
     assert limit < found < 5000.0, "a hand damps"
     sheet.rates.setCurrentIndex(sheet.rates.findData(2000))
-    assert "At 2,000 Hz" in sheet.verdict.words.text()
+    assert "At 2,000 Hz" in sheet.verdict.label.text()
     sheet.rates.setCurrentIndex(sheet.rates.findData(1000))
     sheet.write(str(tmp_path / "stiff.ino"))
-    assert "Saved stiff/stiff.ino" in sheet.verdict.words.text()
-    assert "In your hand, a push of more than" in sheet.verdict.words.text()
+    assert "Saved stiff/stiff.ino" in sheet.verdict.label.text()
+    assert "In your hand, a push of more than" in sheet.verdict.label.text()
     assert "In your hand, a push of more than" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
     window.studio.set_values({"stiffness": 100.0})
-    assert "After you let go, the handle moves away" in sheet.verdict.words.text()
+    assert "After you let go, the handle moves away" in sheet.verdict.label.text()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])
 def test_an_invalid_name_gives_a_one_line_message(sheet, tmp_path, name):
     sheet.write(str(tmp_path / name))
-    assert sheet.verdict.words.text().startswith("A sketch's name")
+    assert sheet.verdict.label.text().startswith("A sketch's name")
     assert not list(tmp_path.glob("**/*.ino"))
 
 

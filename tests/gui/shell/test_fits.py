@@ -96,7 +96,7 @@ def misfits_of_views(window) -> list[str]:
     for key in ("live", *pages.discover()):
         window.views.show(key)
         resize(QApplication.instance(), window, window.size().toTuple())
-        found += [f"{key}: {words}" for words in misfits(window) + overlapping(window)]
+        found += [f"{key}: {text}" for text in misfits(window) + overlapping(window)]
     window.views.show("live")
     return found
 
@@ -111,7 +111,7 @@ def misfits_of_dialogs(window) -> list[str]:
         QApplication.processEvents()
         for dialog in window.findChildren(QDialog):
             if dialog.isVisible() and not isinstance(dialog, QFileDialog):
-                found += [f"{action.text()}: {words}" for words in misfits(dialog)]
+                found += [f"{action.text()}: {text}" for text in misfits(dialog)]
                 if dialog.width() > window.width() or dialog.height() > window.height():
                     found.append(f"{action.text()}: {dialog.size()} in {window.size()}")
             dialog.close()

@@ -113,10 +113,10 @@ def wait(done: Callable[[], bool]) -> None:
 
 def unprintable_texts(window) -> list[str]:
     """Return the texts in the window that contain unprintable characters."""
-    words = [QLabel.text(label) for label in window.findChildren(QLabel)]
+    texts = [QLabel.text(label) for label in window.findChildren(QLabel)]
     # a tab separates an action's title and its key
-    words += [action.text().replace("\t", " ") for action in window.findChildren(QAction)]
-    return [f"shown: {text!r:.100}" for text in words if printable(text) != text]
+    texts += [action.text().replace("\t", " ") for action in window.findChildren(QAction)]
+    return [f"shown: {text!r:.100}" for text in texts if printable(text) != text]
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
         delete_deferred()
         window.history.forget()
         window.presets._chosen.clear()
-        return [f"{kind} {seed}: {words}" for words in wrong]
+        return [f"{kind} {seed}: {text}" for text in wrong]
 
     yield try_one
     put_back(kept_idle_window)
@@ -165,7 +165,7 @@ KINDS = ("settings", *READERS)
 def test_a_few_damaged_files_give_a_message_and_change_nothing_else(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.pages.open_recording")
-    assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
+    assert [text for seed in foreign_files.FEW for text in try_file(kind, seed)] == []
 
 
 @pytest.mark.slow
@@ -173,5 +173,5 @@ def test_a_few_damaged_files_give_a_message_and_change_nothing_else(try_file, ki
 def test_many_damaged_files_give_a_message_and_change_nothing_else(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.pages.open_recording")
-    found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
+    found = [text for seed in range(foreign_files.COUNTS[kind]) for text in try_file(kind, seed)]
     assert not found, "\n".join([f"{len(found)} complaints", *found])

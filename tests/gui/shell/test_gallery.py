@@ -123,8 +123,8 @@ def test_own_environments_are_in_the_menu(shared_window, rows):
 
 
 def test_pencil_and_menu_open_an_own_law_and_a_foreign_one_must_be_read_first(shared_window, rows, home):
-    words = {name: [action.text() for action in rows[name].menu().actions()] for name in "ac"}
-    assert words == {"a": ["Edit", "Show in folder", "Delete…"], "c": ["Show in folder", "Delete…"]}
+    texts = {name: [action.text() for action in rows[name].menu().actions()] for name in "ac"}
+    assert texts == {"a": ["Edit", "Show in folder", "Delete…"], "c": ["Show in folder", "Delete…"]}
     rows["a"].pencil.click()
     assert shared_window.editor.path == home / "a.py"
     assert shared_window.editor.page.isVisible()

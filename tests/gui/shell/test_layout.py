@@ -390,9 +390,9 @@ def test_scene_text_and_plots_grow_together_in_a_large_window(window, qapp, key)
         stage, box = centre.scene._layout(), next(iter(window.panel.parameters.rows.values())).box
         drawn = 100.0 * stage.per_mm, stage.height, stage.u, stage.font(12.0, 500)[0].pixelSize()
         plots = centre.time.canvases[0].left.width(), centre.phase.width(), centre.time.height()
-        words = window.panel.title.title, centre.time.headers[0].value, box, window.header.tabs
+        labels = window.panel.title.title, centre.time.headers[0].value, box, window.header.tabs
         parts = window.panel, box, window.header.stop, window.gallery, window.header
-        type_sizes = [QFontInfo(part.font()).pixelSize() for part in words]
+        type_sizes = [QFontInfo(part.font()).pixelSize() for part in labels]
         return [*drawn, *plots, *type_sizes, *(part.width() for part in parts), window.header.height()]
 
     resize(qapp, window, (1600, 900))
@@ -554,9 +554,9 @@ def test_a_longer_verdict_shrinks_no_row_and_the_map_is_visible_for_every_enviro
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
 def test_a_stable_walls_verdict_needs_two_lines_for_each_hand(window, qapp, size):
     settle(qapp, window, size)
-    shown = [line.words for line in window.stability.verdict.lines if line.isVisible()]
-    heights = [words.heightForWidth(words.width()) / words.heightForWidth(10_000) for words in shown]
-    assert heights == [2, 2], [words.text() for words in shown]
+    shown = [line.label for line in window.stability.verdict.lines if line.isVisible()]
+    heights = [label.heightForWidth(label.width()) / label.heightForWidth(10_000) for label in shown]
+    assert heights == [2, 2], [label.text() for label in shown]
 
 
 @pytest.mark.slow

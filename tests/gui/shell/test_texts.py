@@ -18,7 +18,7 @@ def test_every_text_of_a_dialog_is_listed_with_its_kind(qtbot):
     QPushButton("Press", dialog).setAccessibleName("A name")
     QCheckBox("Force as felt", dialog)
     QTableWidget(0, 1, dialog).setHorizontalHeaderLabels(["Applied force"])
-    found = {(text.place, text.words) for text in texts.shown(texts.of_widgets(dialog, "dialog Lock"))}
+    found = {(text.place, text.text) for text in texts.shown(texts.of_widgets(dialog, "dialog Lock"))}
     assert found == {
         ("dialog Lock: label", "Shown text"),
         ("dialog Lock: tooltip", "A tip"),
@@ -30,7 +30,7 @@ def test_every_text_of_a_dialog_is_listed_with_its_kind(qtbot):
 
 
 @pytest.mark.parametrize(
-    "words",
+    "text",
     [
         "Ctrl+Shift+O",
         "Page Up, Page Down",
@@ -42,15 +42,15 @@ def test_every_text_of_a_dialog_is_listed_with_its_kind(qtbot):
         "F = −k d in the wall",
     ],
 )
-def test_a_key_a_value_a_unit_and_a_path_are_no_texts(words):
-    assert not texts.shown([Text("panel: label", words, "")])
+def test_a_key_a_value_a_unit_and_a_path_are_no_texts(text):
+    assert not texts.shown([Text("panel: label", text, "")])
 
 
 @pytest.mark.parametrize(
-    "words", ["Hold", "Spring", "Trial 3 of 12", "Servo rate in Hz", "Home position", "Drag: virtual hand"]
+    "message", ["Hold", "Spring", "Trial 3 of 12", "Servo rate in Hz", "Home position", "Drag: virtual hand"]
 )
-def test_a_label_of_one_word_or_with_a_number_is_a_text(words):
-    assert [text.words for text in texts.shown([Text("panel: label", words, "")])] == [words]
+def test_a_label_of_one_word_or_with_a_number_is_a_text(message):
+    assert [text.text for text in texts.shown([Text("panel: label", message, "")])] == [message]
 
 
 def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out():
@@ -69,7 +69,7 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
             Text("panel: tooltip", "Back to 1,000 Hz", ""),
         ]
     )
-    assert [text.words for text in shown] == [
+    assert [text.text for text in shown] == [
         "Grip",
         "Medium",
         "Cutoff fc",
@@ -80,7 +80,7 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
 
 
 @pytest.mark.parametrize(
-    "words",
+    "text",
     [
         "SELECT name FROM sqlite_master",
         "SELECT {columns}, crc FROM chunk WHERE id = ?",
@@ -97,16 +97,16 @@ def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out(
         "Clamped",
     ],
 )
-def test_code_and_pieces_of_texts_are_no_messages(words):
-    assert not source_texts.is_message(words)
-    assert not source_texts.is_message(words, law=True)
+def test_code_and_pieces_of_texts_are_no_messages(text):
+    assert not source_texts.is_message(text)
+    assert not source_texts.is_message(text, law=True)
 
 
 @pytest.mark.parametrize(
-    "words", ["Nothing was changed.", "{port} does not exist. Plug it in.", "vibration, Hz"]
+    "text", ["Nothing was changed.", "{port} does not exist. Plug it in.", "vibration, Hz"]
 )
-def test_a_sentence_and_a_label_of_an_axis_are_messages(words):
-    assert source_texts.is_message(words)
+def test_a_sentence_and_a_label_of_an_axis_are_messages(text):
+    assert source_texts.is_message(text)
 
 
 def test_values_are_shown_by_name_and_constants_as_they_appear():
@@ -149,9 +149,9 @@ def test_the_command_lists_every_environment_view_and_message_once(capsys):
 
     assert main(["texts"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    words = [line.partition(" | ")[2] for line in lines]
-    assert len(words) == len(set(words))
-    assert {"Wall", "Cat", "Z-width", "Sessions", "Trigger settings…", "Flash firmware"} <= set(words)
-    assert "Nothing was changed. Check geometry, motor constant and force limit." in " ".join(words)
-    assert texts.texts.__doc__ not in words
+    listed = [line.partition(" | ")[2] for line in lines]
+    assert len(listed) == len(set(listed))
+    assert {"Wall", "Cat", "Z-width", "Sessions", "Trigger settings…", "Flash firmware"} <= set(listed)
+    assert "Nothing was changed. Check geometry, motor constant and force limit." in " ".join(listed)
+    assert texts.texts.__doc__ not in listed
     assert not [line for line in lines if line.startswith(("gui/", ":"))]

@@ -174,7 +174,7 @@ def test_a_starting_board_is_shown_and_opened_only_once(idle_window, fake_board,
 
     link.open(entry_that(make))
     until(idle_window, "failed")
-    link._waits.connect(lambda _request, words: said.append(words))
+    link._waits.connect(lambda _request, text: said.append(text))
     missing.error = None
     qtbot.waitUntil(lambda: said == ["Starting board…"])
     gate.set()
@@ -214,7 +214,7 @@ def test_history_is_kept_with_a_gap_on_reconnection_and_change_of_device(window,
         qtbot.waitUntil(lambda: window.studio.engine is not None)
         assert kept(len(window.live.history) + 100) == start
         assert np.isnan(window.live.history.between(-np.inf, np.inf).x).any()
-        assert [words for _, words in window.live.history.dividers] == named
+        assert [text for _, text in window.live.history.dividers] == named
 
 
 @pytest.mark.parametrize("fails", [False, True])

@@ -159,7 +159,7 @@ def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
     put(home, "mine.py", spring("mine", force="-p.stiffness * x * 2.0"), trusted=False)
     window.file_watcher.check_files()
     assert "* 2.0" in window.editor.page.text
-    assert "Another program has changed this file" in window.editor.message.words.text()
+    assert "Another program has changed this file" in window.editor.message.label.text()
     QTest.keyClicks(window.editor.page.code, "#")
     text = window.editor.page.text
     put(home, "mine.py", spring("mine"), trusted=False)

@@ -47,7 +47,7 @@ print(*[event.data["dispatcher"] for _, event in compiled.buffer])
 def started(monkeypatch):
     """Return the commands of the programs that would have been started."""
     programs: list[tuple[str, ...]] = []
-    monkeypatch.setattr(prepare, "_program", lambda *words, gently: programs.append(words) or words)
+    monkeypatch.setattr(prepare, "_program", lambda *args, gently: programs.append(args) or args)
     return programs
 
 
@@ -62,7 +62,7 @@ def stamped(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
 @pytest.mark.parametrize(
-    ("words", "laws", "nicer"),
+    ("args", "laws", "nicer"),
     [
         (("paddle", "damping"), {"free", "wall", "damping"}, 0),
         (("laws", "damping"), {"damping"}, 0),
@@ -70,9 +70,9 @@ def stamped(tmp_path, monkeypatch):
     ],
 )
 def test_the_loop_needs_only_its_law_and_background_programs_have_low_priority(
-    tmp_path, monkeypatch, words, laws, nicer
+    tmp_path, monkeypatch, args, laws, nicer
 ):
-    command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path), *args]
     done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
     assert {key for key, e in discover().items() if native.is_compiled(e.force.source)} == laws
@@ -84,8 +84,10 @@ def test_the_loop_part_compiles_everything_that_the_first_sample_needs(tmp_path)
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
     prepared = [sys.executable, "-m", "hapkit_studio.gui.state.prepare", "loop"]
     said = [
-        subprocess.run(words, capture_output=True, text=True, timeout=180, check=True, env=environment).stdout
-        for words in (prepared, [sys.executable, "-c", FIRST_SAMPLE])
+        subprocess.run(
+            program, capture_output=True, text=True, timeout=180, check=True, env=environment
+        ).stdout
+        for program in (prepared, [sys.executable, "-c", FIRST_SAMPLE])
     ]
     assert said == ["", "\n"]
 
@@ -103,13 +105,13 @@ def test_a_missing_law_is_compiled_despite_the_stamp(stamped, started, monkeypat
 
 def test_only_programs_in_the_background_have_low_priority(monkeypatch):
     commands = []
-    monkeypatch.setattr(prepare.subprocess, "Popen", lambda words, **_: commands.append(words))
+    monkeypatch.setattr(prepare.subprocess, "Popen", lambda command, **_: commands.append(command))
     monkeypatch.setattr(prepare, "prepared", lambda part: False)
     for gently in (True, False):
         prepare.begin("boards", gently=gently)
         prepare.begin_laws(["wall"], gently=gently)
         prepare.begin("loop", gently=gently)
-    assert ["--gently" in words for words in commands] == [True, True, False, False, False, False]
+    assert ["--gently" in command for command in commands] == [True, True, False, False, False, False]
 
 
 @pytest.mark.parametrize(("processors", "programs"), [(1, 1), (2, 2), (16, 2), (None, 1)])
@@ -151,9 +153,9 @@ def test_a_law_that_cannot_be_compiled_does_not_stop_the_others(monkeypatch, cap
 def test_setup_compiles_every_part_and_stops_at_the_first_failure(stamped, code, monkeypatch, capsys):
     programs = []
 
-    def program(*words, gently):
+    def program(*args, gently):
         assert not gently  # the user waits for this program
-        programs.append(words)
+        programs.append(args)
         return SimpleNamespace(returncode=code, wait=lambda: code)
 
     monkeypatch.setattr(prepare, "_program", program)
@@ -164,7 +166,7 @@ def test_setup_compiles_every_part_and_stops_at_the_first_failure(stamped, code,
     if code:
         assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
         return
-    parts = [*dict.fromkeys(words[0] for words in programs)]
+    parts = [*dict.fromkeys(command[0] for command in programs)]
     assert parts == ["loop", "laws", "verdict", "boards", "analysis"]
-    assert {key for words in programs if words[0] == "laws" for key in words[1:]} == set(discover())
+    assert {key for command in programs if command[0] == "laws" for key in command[1:]} == set(discover())
     assert "Compiling the loop (1 of 3) ..." in capsys.readouterr().out

@@ -104,7 +104,7 @@ def test_differences_are_listed_until_the_preset_is_applied(window, home):
     dialog.use.click()
     assert (studio.values, studio.loop.delay) == (STIFF, 0.002)
     assert dialog.table.texts() == lines[:1]
-    assert dialog.verdict.words.text() == "The settings of this preset are already set."
+    assert dialog.verdict.label.text() == "The settings of this preset are already set."
     studio.choose("spring")
     assert not dialog.isVisible()
 
@@ -172,7 +172,7 @@ def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window,
     before = settings_of(window.studio)
     window.presets.import_file(preset(tmp_path, text))
     said = label_texts(sheet_of(window))[1:]
-    for words in (
+    for message in (
         "'colour'",
         "5,050",
         "'stifness'",
@@ -183,7 +183,7 @@ def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window,
         "'where'",
         "'soft'",
     ):
-        assert sum(words in line for line in said) == 1, words
+        assert sum(message in line for line in said) == 1, message
     assert len(said) == 9
     assert settings_of(window.studio) == before
     assert window.history.stack.count() == 0

@@ -72,19 +72,19 @@ def forced(window):
     return keys
 
 
-def words(window, key):
+def row_state(window, key):
     return window.gallery.rows[key].accessibleName().partition(": ")[2]
 
 
 @pytest.mark.slow
 def test_rows_show_which_environments_are_not_ready(window, compiler):
-    assert {key for key in window.gallery.rows if words(window, key) != "Preparing…"} == set(READY)
+    assert {key for key in window.gallery.rows if row_state(window, key) != "Preparing…"} == set(READY)
     before = window.gallery.rows["puck"].grab().toImage()
     compiler.finish("puck")
     window.studio.readiness.refresh()
-    assert words(window, "puck") == "A puck to push and catch"
+    assert row_state(window, "puck") == "A puck to push and catch"
     assert window.gallery.rows["puck"].grab().toImage() != before
-    assert words(window, "cat") == "Preparing…"
+    assert row_state(window, "cat") == "Preparing…"
 
 
 def test_a_click_is_stored_and_nothing_is_compiled_in_the_window(window, compiler, forced, qtbot):
@@ -93,7 +93,7 @@ def test_a_click_is_stored_and_nothing_is_compiled_in_the_window(window, compile
     assert window.studio.environment.key == "wall"
     assert window.gallery.rows["wall"].isChecked()
     assert not window.gallery.rows["puck"].isChecked()
-    assert words(window, "puck") == environment_library.WORDS["next"]
+    assert row_state(window, "puck") == environment_library.WORDS["next"]
     compiler.finish("cat")
     window.studio.readiness.refresh()
     assert forced == []
@@ -108,7 +108,7 @@ def test_selecting_another_environment_cancels_the_request(window, compiler, for
     for other in ("spring", "wall", "cat"):  # the first is active, the second ready, the third not ready
         window.actions_by_key.run("environment.puck")
         window.actions_by_key.run(f"environment.{other}")
-        assert words(window, "puck") == "Preparing…"
+        assert row_state(window, "puck") == "Preparing…"
     compiler.finish("puck", "cat")
     window.studio.readiness.refresh()
     assert window.studio.environment.key == "cat"
@@ -143,7 +143,7 @@ def test_a_requested_law_is_compiled_in_the_window_if_the_programs_ended(window,
     compiler.die()
     assert forced == ["detents"]
     assert compiler.here[0] is compiler.law("detents")
-    assert words(window, "puck") == "A puck to push and catch"
+    assert row_state(window, "puck") == "A puck to push and catch"
     assert compiler.law("puck") not in compiler.here
 
 
@@ -152,7 +152,7 @@ def test_a_law_that_cannot_be_compiled_gives_a_message(window, compiler, forced)
     compiler.die()
     for _ in range(2):
         QTest.mouseClick(window.gallery.rows["detents"], Qt.MouseButton.LeftButton)
-        assert words(window, "detents") == "The law cannot be compiled"
+        assert row_state(window, "detents") == "The law cannot be compiled"
         assert window.gallery.rows["wall"].isChecked()
     assert forced == []
 

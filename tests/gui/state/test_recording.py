@@ -73,7 +73,7 @@ def test_a_recording_contains_the_rings_rows_and_the_settings(window, qtbot):
 
 
 def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
-    header, words = window.header.record, window.status.record.words
+    header, label = window.header.record, window.status.record.label
     assert header.word.text() == "Record"
     path = begin(window, qtbot)
     window.record_display.show_state()
@@ -83,18 +83,18 @@ def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
     assert not window.actions_by_key.qt["session.record"].isChecked()
     window.actions_by_key.refresh()
     assert window.actions_by_key.qt["session.record"].isChecked()
-    qtbot.waitUntil(lambda: words.text().startswith("Recording 0:0"))
+    qtbot.waitUntil(lambda: label.text().startswith("Recording 0:0"))
     end(window, qtbot)
     window.record_display.show_state()
     size = path.stat().st_size
-    assert words.text() == f"{path.stem}, {megabytes(size)}"
+    assert label.text() == f"{path.stem}, {megabytes(size)}"
     assert window.status.record.link.isVisible()
     assert header.word.text() == "Record"
     qtbot.mouseClick(window.status.record.link, Qt.MouseButton.LeftButton)
     page = window.views.page("sessions")
     assert window.views.key == "sessions"
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path == path)
-    assert words.text().startswith("You can save the last ")
+    assert label.text().startswith("You can save the last ")
     assert not window.status.record.link.isVisible()
 
 
@@ -142,7 +142,7 @@ def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, 
     monkeypatch.setattr(window.studio.recording._recorder, "buffered", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
-    assert window.status.record.words.text() == f"You can save the last {said}"
+    assert window.status.record.label.text() == f"You can save the last {said}"
 
 
 def test_earlier_data_is_saved_during_a_recording(window, qtbot):
@@ -186,7 +186,7 @@ def test_a_read_only_folder_gives_a_one_line_message_and_nothing_else_stops(wind
 
 def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatch):
     recording, said = window.studio.recording, []
-    recording.failed.connect(lambda *words: said.append(words))
+    recording.failed.connect(lambda *args: said.append(args))
     (folder()).mkdir()
     path = folder() / "full.hapkit"
     path.write_bytes(b"1234")
@@ -196,7 +196,7 @@ def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatc
     recording._refresh()
     assert said == [("Recording stopped at 4:12.", why)]
     assert window.header.record.word.text() == "Record"
-    assert window.status.record.words.text() == "full, 0 kB"
+    assert window.status.record.label.text() == "full, 0 kB"
 
 
 @pytest.mark.slow
@@ -242,7 +242,7 @@ def test_a_marker_has_the_time_at_which_it_was_requested(window, qtbot):
     end(window, qtbot)
     found = overview(path)
     start = Session(path).starts[0]
-    assert [words for _, words in found.markers] == ["r2 first push"]
+    assert [text for _, text in found.markers] == ["r2 first push"]
     assert found.markers[0][0] == pytest.approx(asked - start, abs=2e-6)
 
 

@@ -42,7 +42,7 @@ def test_only_a_slow_link_fault_offers_to_render_on_the_board(board_window):
     board_window.live.refresh()
     notice = board_window.banners.get("fault")
     assert "a force came 32 ms after its sample" in notice.title
-    assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault", "Help"]
+    assert [text for text, _ in notice.buttons] == [WAY_OUT, "Clear fault", "Help"]
     ways_on(board_window, "fault")[WAY_OUT]()
     assert studio.loop.where == engine.where == "board"
 
@@ -55,7 +55,7 @@ def test_a_slow_law_fault_names_the_law_its_duration_and_the_period(board_window
     notice = board_window.banners.get("fault")
     assert notice.title == "Fault: the law of Wall takes 16.8 ms, but the period is 1 ms."
     assert notice.text == "Force is zero. Simplify the law or lower the servo rate. Then clear the fault."
-    assert [words for words, _ in notice.buttons] == ["Clear fault", "Help"]
+    assert [text for text, _ in notice.buttons] == ["Clear fault", "Help"]
 
 
 def test_a_clock_jump_is_shown_while_the_force_is_zero(board_window):
@@ -69,11 +69,11 @@ def test_a_clock_jump_is_shown_while_the_force_is_zero(board_window):
 
 @pytest.mark.slow
 def test_a_long_delay_is_shown_in_the_card_with_a_remedy(board_window, qtbot):
-    words = board_window.stability.words
+    label = board_window.stability.label
     board_window.studio.set_value("stiffness", 1500.0)
     measure(board_window, 4e-3)
-    qtbot.waitUntil(lambda: "The delay is 4.00 ms" in words.text())
-    assert "et the board render" in words.text()
+    qtbot.waitUntil(lambda: "The delay is 4.00 ms" in label.text())
+    assert "et the board render" in label.text()
     assert board_window.banners.banners == []
 
 
@@ -133,13 +133,13 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
         window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
         window.live.tick()
         window.live.refresh()
-        return "3.5" in window.stability.words.text()
+        return "3.5" in window.stability.label.text()
 
     qtbot.waitUntil(late)
     assert window.banners.get("silence") is None
-    assert "The delay is 3.50 ms" in window.stability.words.text()
-    assert "delays each force by up to 16 ms" in window.stability.words.text()
-    assert "latency_timer`" in window.stability.words.toolTip()
+    assert "The delay is 3.50 ms" in window.stability.label.text()
+    assert "delays each force by up to 16 ms" in window.stability.label.text()
+    assert "latency_timer`" in window.stability.label.toolTip()
 
 
 def board(timer=None, padding=0):
@@ -149,7 +149,7 @@ def board(timer=None, padding=0):
 
 
 @pytest.mark.parametrize(
-    ("what", "delay", "words"),
+    ("what", "delay", "text"),
     [
         (
             board(0.016),
@@ -164,10 +164,10 @@ def board(timer=None, padding=0):
         (VirtualBoard(), 1.01 * LONG, "The virtual board and the window share this computer's"),
     ],
 )
-def test_only_a_long_delay_is_explained(what, delay, words):
+def test_only_a_long_delay_is_explained(what, delay, text):
     said = delay_reason(what, delay)
-    assert words in said
-    assert bool(said) == bool(words)
+    assert text in said
+    assert bool(said) == bool(text)
 
 
 @pytest.mark.slow

@@ -50,9 +50,9 @@ def test_at_most_two_banners_are_shown_the_more_severe_first_and_a_new_text_repl
     """A measured value changes twice a second, and the banner's widgets must not be rebuilt each time."""
     banners, done = kept_idle_window.banners, []
 
-    def notice(words, result, *more):
+    def notice(text, result, *more):
         ways = (("Do", lambda: done.append(result)), *more)
-        return Notice("device", 2, "danger", "cross", words, "…", ways)
+        return Notice("device", 2, "danger", "cross", text, "…", ways)
 
     banners.set("device", notice("181 N/m", 1))
     (banner,) = banners.banners

@@ -67,7 +67,7 @@ def test_every_setting_is_undone_and_redone_in_window_and_engine(window, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "text"),
     [
         (lambda s: s.set_value("stiffness", 1500.0), "stiffness 250 → 1,500 N/m"),
         (lambda s: s.set_value("position", -0.0125), "position 5.0 → −12.5 mm"),
@@ -80,13 +80,13 @@ def test_every_setting_is_undone_and_redone_in_window_and_engine(window, name):
         (lambda s: s.set_loop(hand="firm"), "grip Medium → Firm"),
     ],
 )
-def test_the_menu_names_the_change_to_undo(window, change, words):
+def test_the_menu_names_the_change_to_undo(window, change, text):
     qt = window.actions_by_key.qt
     assert (qt["edit.undo"].text(), qt["edit.undo"].isEnabled()) == ("Undo", False)
     change(window.studio)
-    assert (qt["edit.undo"].text(), qt["edit.undo"].isEnabled()) == (f"Undo {words}", True)
+    assert (qt["edit.undo"].text(), qt["edit.undo"].isEnabled()) == (f"Undo {text}", True)
     window.actions_by_key.run("edit.undo")
-    assert (qt["edit.redo"].text(), qt["edit.redo"].isEnabled()) == (f"Redo {words}", True)
+    assert (qt["edit.redo"].text(), qt["edit.redo"].isEnabled()) == (f"Redo {text}", True)
 
 
 def test_a_drag_is_one_step_and_a_drag_back_to_its_start_is_none(window):

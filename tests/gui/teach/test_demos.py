@@ -165,7 +165,7 @@ def test_a_demo_follows_its_clock_and_restores_the_settings(shown, tmp_path):
             player.clock.now = now
             player.tick()
             assert hands[-1] == (None if hand is None else pytest.approx(hand))
-            assert shown.caption.words.text() == caption
+            assert shown.caption.label.text() == caption
             assert shown.caption.isVisible()
             if stiffness:
                 assert (studio.values["stiffness"], studio.values["side"]) == (stiffness, side)
@@ -220,7 +220,7 @@ def test_a_demo_waits_until_its_environments_are_ready(shown, tmp_path, monkeypa
     shown.demos.clock.now = 5.0
     shown.demos.tick()
     assert shown.studio.values["stiffness"] == 250.0
-    assert shown.caption.words.text() == "The demo begins as soon as everything is ready."
+    assert shown.caption.label.text() == "The demo begins as soon as everything is ready."
     state.clear()
     shown.demos.tick()
     assert shown.studio.values["stiffness"] == 900.0  # the demo's time starts only now
@@ -286,7 +286,7 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("good", "bad", "words"),
+    ("good", "bad", "message"),
     [
         ("stiffness = 900.0", "stiffness = 5050.0", "0 and 5,000 N/m, not 5,050"),
         ("stiffness = 900.0", "stiffness = nan", "not nan"),
@@ -309,14 +309,14 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
         ("[[step]]", "[step.x]", "steps, each starting with [[step]]"),
     ],
 )
-def test_an_error_in_a_file_gives_a_one_line_message(shown, tmp_path, good, bad, words):
+def test_an_error_in_a_file_gives_a_one_line_message(shown, tmp_path, good, bad, message):
     before = settings_of(shown.studio)
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
     said = label_texts(sheet_of(shown))
     assert said[0] == "story.toml: no demo was played"
     assert len(said) == 2
-    assert words in said[1].replace("-60", "−60")
+    assert message in said[1].replace("-60", "−60")
     assert (settings_of(shown.studio), shown.demos.demo) == (before, None)
 
 

@@ -129,11 +129,11 @@ def test_nothing_overlaps_with_a_banner_and_a_caption(window, projected, size, o
         assert window.rect().contains(box), name
         for other in found.keys() - {name}:
             assert not box.intersects(found[other]), (name, other)
-    words = window.caption.words
+    label = window.caption.label
     longest = max((s.caption for d in demos.shipped().values() for s in demos.read(
         d, window.studio.environments).steps), key=len)  # fmt: skip
-    words.setText(longest)
-    assert words.heightForWidth(words.width()) <= window.caption.height()
+    label.setText(longest)
+    assert label.heightForWidth(label.width()) <= window.caption.height()
     assert found["scene"].height() >= 150 * theme.scale
     window.banners.set("fault", None)
 
@@ -236,7 +236,7 @@ def test_changing_the_view_deletes_no_widget_while_qt_styles_it(window, projecte
 def test_the_verdict_is_visible(window, projected):
     projected(window, SIZES[1])
     window.stability.judged.emit("Buzzes if you let go", "triangle", "danger")
-    words = window.projector.card.verdict.words
-    assert words.isVisible()
-    assert words.text() == "Buzzes if you let go"
-    assert QFontInfo(words.font()).pixelSize() >= 18
+    label = window.projector.card.verdict.label
+    assert label.isVisible()
+    assert label.text() == "Buzzes if you let go"
+    assert QFontInfo(label.font()).pixelSize() >= 18

@@ -32,7 +32,7 @@ def texts(window):
             yield part.text()
     for action in window.actions():
         yield from (action.text(), action.toolTip())
-    yield from (words for _, words in window.live.history.dividers)
+    yield from (text for _, text in window.live.history.dividers)
 
 
 @pytest.fixture
@@ -75,17 +75,17 @@ def test_the_first_calm_value_is_selected_and_none_if_all_buzz():
 
 
 @pytest.mark.parametrize(
-    ("said", "true", "error", "words"),
+    ("said", "true", "error", "text"),
     [
         (310.0, 340.0, -8.8235, "You entered 310 N/m. The true value is 340 N/m: 8.8 % too low."),
         (1500.0, 1000.0, 50.0, "You entered 1,500 N/m. The true value is 1,000 N/m: 50.0 % too high."),
         (340.0, 340.0, 0.0, "You entered 340 N/m. The true value is 340 N/m: right."),
     ],
 )
-def test_an_estimate_is_judged_in_one_sentence(said, true, error, words):
+def test_an_estimate_is_judged_in_one_sentence(said, true, error, text):
     found, sentence = comparison(STIFFNESS, said, true)
     assert found == pytest.approx(error, abs=1e-4)
-    assert sentence == words
+    assert sentence == text
 
 
 @pytest.mark.slow
@@ -96,7 +96,7 @@ def test_the_hidden_value_is_rendered_but_shown_nowhere(asked):
     assert true != studio.values["stiffness"] == 250.0
     written = re.compile(rf"(?<![\d.,]){true:,.0f}(?!\d|,\d|\.[1-9])")
     window.live.tick()
-    assert not [words for words in texts(window) if written.search(words)]
+    assert not [text for text in texts(window) if written.search(text)]
     side, phase = window.quiz.side, window.centre.phase
     assert side.isVisible()
     assert window.centre.time.isVisible()
@@ -136,11 +136,11 @@ def test_the_cursors_measure_the_hidden_stiffness_while_pushing_into_the_wall(as
     cursors.show(True)
     cursors.move(0, begun)
     cursors.move(1, live.history.now)
-    found, words = slope(cursors, cursors.between())
-    assert found is not None, words
+    found, text = slope(cursors, cursors.between())
+    assert found is not None, text
     assert found.slope == pytest.approx(-studio.engine.values["stiffness"], rel=0.01)
     window.centre.phase.cursors.refresh()
-    assert window.centre.phase.cursors.slope.text() == words
+    assert window.centre.phase.cursors.slope.text() == text
     cursors.show(False)
 
 
@@ -264,17 +264,17 @@ def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
 @pytest.mark.slow
 def test_comparing_without_an_estimate_does_not_count(asked):
     side = asked.quiz.side
-    for typed, words in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):
+    for typed, text in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):
         side.box.setValue(typed)
         side.show_true.click()
-        assert side.answer.words.text() == words
+        assert side.answer.label.text() == text
     assert side.errors == []
 
 
 def test_a_quiz_without_a_calm_value_says_so_and_a_measurement_ends_the_quiz(asked):
     side = asked.quiz.side
     side._render(None)
-    assert side.answer.words.text().startswith("No stable value was found")
+    assert side.answer.label.text().startswith("No stable value was found")
     with asked.studio.temporarily():
         asked.studio.set_value("stiffness", 400.0)
     assert asked.quiz.side is None

@@ -116,7 +116,7 @@ def test_an_environment_without_such_a_parameter_says_so(kept_window, qtbot):
     window.actions_by_key.run("teach.threshold")
     dialog = sheet_of(window, ThresholdDialog)
     assert not dialog.start.isEnabled()
-    assert "no stiffness, damping or force" in dialog.verdict.words.text()
+    assert "no stiffness, damping or force" in dialog.verdict.label.text()
 
 
 def test_a_locked_parameter_is_not_compared(kept_window):

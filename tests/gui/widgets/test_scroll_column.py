@@ -4,18 +4,18 @@ from hapkit_studio.gui.widgets.parts import AnswerLines, ScrollColumn, label
 
 
 def test_longer_texts_have_their_height_at_once(qtbot):
-    column, words, answers = ScrollColumn(), label("One line"), AnswerLines()
+    column, line, answers = ScrollColumn(), label("One line"), AnswerLines()
     qtbot.addWidget(column)
-    column.add(words, answers)
+    column.add(line, answers)
     column.resize(240, 300)
     column.show()
     answers.show_text(("Stable", "check", "ok"))
     column.lay_out()
     short = column.body.height()
     long = "A sentence of many words that needs several lines in a narrow column. " * 8
-    words.setText(long)
+    line.setText(long)
     answers.show_text((long, "check", "ok"), (long, "check", "ok"))
     column.lay_out()
     assert column.body.height() > max(short, column.height())
-    for part in (words, answers):
+    for part in (line, answers):
         assert part.height() >= part.heightForWidth(part.width())

@@ -25,7 +25,7 @@ IMAGE = "<img src='evil.png'>"
 def evil(path) -> Environment:
     """Return an environment with an image tag in every text."""
     made = reading.load(path)
-    words = {
+    texts = {
         name: f"{name} {IMAGE}"
         for name in ("title", "summary", "formula", "symbols", "explanation", "drives")
     }
@@ -39,12 +39,12 @@ def evil(path) -> Environment:
         "warnings": lambda values, conditions: (f"careful {IMAGE}",),
         "unused": lambda values: {"other": f"not used {IMAGE}", "many": f"not used {IMAGE}"},
     }
-    return replace(made, **words, **said, parameters=parameters)
+    return replace(made, **texts, **said, parameters=parameters)
 
 
-def is_html(words: str, form: Qt.TextFormat = Qt.TextFormat.AutoText) -> bool:
+def is_html(text: str, form: Qt.TextFormat = Qt.TextFormat.AutoText) -> bool:
     """Return True if Qt interprets a text in a label or tooltip as HTML."""
-    auto = form == Qt.TextFormat.AutoText and Rich.mightBeRichText(words)
+    auto = form == Qt.TextFormat.AutoText and Rich.mightBeRichText(text)
     return auto or form in (Qt.TextFormat.RichText, Qt.TextFormat.MarkdownText)
 
 
@@ -58,7 +58,7 @@ def with_image(parent: QWidget) -> list[str]:
         if is_html(label.text(), label.textFormat())
     ]
     found += [widget.toolTip() for widget in widgets if is_html(widget.toolTip())]
-    return [words for words in found if "<img" in words]
+    return [text for text in found if "<img" in text]
 
 
 @pytest.mark.slow
@@ -70,13 +70,13 @@ def test_no_text_of_an_environment_is_interpreted_as_html_in_the_window(home, wi
         window.header.tabs.setCurrentIndex(place)
         assert not with_image(window)
     shown = [label.text() for label in window.findChildren(QLabel)]
-    assert sum("evil.png" in words for words in shown) > 8
+    assert sum("evil.png" in text for text in shown) > 8
     assert any("evil.png" in widget.toolTip() for widget in window.findChildren(QWidget))
     # use every part of the window that evaluates, describes or exports the environment
     path = put(home, "mine.py", spring())
     window.editor.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))
-    assert IMAGE in window.editor.message.words.text()
+    assert IMAGE in window.editor.message.label.text()
     window.editor.editor.source.show_source(typed(path.with_name(f"{IMAGE}.py"), spring()))
     window.studio.adopt(evil(path))
     sheets = [text_dialog(IMAGE, [IMAGE], window), ExportDialog(window.studio, window)]
@@ -85,7 +85,7 @@ def test_no_text_of_an_environment_is_interpreted_as_html_in_the_window(home, wi
 
 
 @pytest.mark.parametrize(
-    ("words", "html"),
+    ("text", "html"),
     [
         ("<i>F</i> = <b>k</b> x<sub>n</sub><sup>2</sup>&nbsp;N", None),
         (IMAGE, "&lt;img src='evil.png'&gt;"),
@@ -96,9 +96,9 @@ def test_no_text_of_an_environment_is_interpreted_as_html_in_the_window(home, wi
         ("&lt;img&gt;", "&amp;lt;img&amp;gt;"),
     ],
 )
-def test_only_italic_bold_and_indices_are_allowed(words, html):
-    assert rich(words) == (words if html is None else html)
-    assert tip((), words) == f"<p>{words if html is None else html}</p>"
+def test_only_italic_bold_and_indices_are_allowed(text, html):
+    assert rich(text) == (text if html is None else html)
+    assert tip((), text) == f"<p>{text if html is None else html}</p>"
 
 
 def test_a_tooltip_is_changed_only_if_qt_would_interpret_it_as_html():
@@ -109,8 +109,8 @@ def test_a_tooltip_is_changed_only_if_qt_would_interpret_it_as_html():
 
 def test_formulas_of_the_library_need_no_other_tag():
     for made in environments.discover().values():
-        for words in (made.formula, made.symbols, made.explanation):
-            assert rich(words) == words
+        for text in (made.formula, made.symbols, made.explanation):
+            assert rich(text) == text
 
 
 def test_no_line_breaks_between_a_number_and_its_unit_and_the_joiner_is_invisible(qtbot):

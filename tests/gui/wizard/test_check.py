@@ -16,7 +16,7 @@ def test_cancel_and_esc_end_the_checks_and_each_result_is_a_text(played, qtbot):
         assert opens.open_over(play.window.studio, play.window, play.window.closed) is dialog, (
             "one of them at a time has the board"
         )
-    for end, words in (
+    for end, text in (
         (dialog.close_button.click, "Cancelled"),
         (lambda: qtbot.keyClick(dialog, Qt.Key.Key_Escape), "Stopped"),
     ):
@@ -24,13 +24,13 @@ def test_cancel_and_esc_end_the_checks_and_each_result_is_a_text(played, qtbot):
         qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
         end()
         play.wait()
-        assert words in dialog.box.words.text()
+        assert text in dialog.box.label.text()
         assert play.kit.pwm == 0
     dialog.release.click()
     dialog.test.click()
     qtbot.waitUntil(lambda: dialog.report is not None)
     assert dialog.report.dangerous
-    assert dialog.box.words.text() == dialog.report.text
+    assert dialog.box.label.text() == dialog.report.text
     for key, verdict in dialog.report.results.items():
         assert verdict.text in dialog.rows[key][1].text()
     dialog.close()

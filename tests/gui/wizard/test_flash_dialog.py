@@ -38,8 +38,8 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
     sheet = window.findChildren(FlashDialog)[-1]
     assert sheet.isVisible()
     assert not sheet.write.isEnabled()
-    words = "No serial port was found. Plug in the board, then press Search ports again."
-    assert sheet.verdict.words.text() == words
+    text = "No serial port was found. Plug in the board, then press Search ports again."
+    assert sheet.verdict.label.text() == text
     assert not sheet.ports.isEnabled()
     assert sheet.ports.placeholderText() == "No serial port found"
     assert not sheet.bar.isVisible()
@@ -47,12 +47,12 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
     monkeypatch.setattr(serial_ports, "ports", lambda: [port])
     monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
     sheet.again.click()
-    words = "The firmware of Hapkit Studio, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
-    assert sheet.verdict.words.text() == words
+    text = "The firmware of Hapkit Studio, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
+    assert sheet.verdict.label.text() == text
     assert not sheet.write.isEnabled()
     monkeypatch.setattr(flash, "shipped", lambda: there)
     sheet.again.click()
-    assert sheet.verdict.words.text() == "Ready to flash the firmware."
+    assert sheet.verdict.label.text() == "Ready to flash the firmware."
     assert sheet.write.isEnabled()
     assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
 
@@ -60,11 +60,11 @@ def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, mon
 def test_without_avrdude_the_dialog_explains_how_to_install_it(window, monkeypatch):
     monkeypatch.setattr(serial_ports, "ports", list)
     monkeypatch.setattr(avrdude, "_FOLDERS", {})
-    monkeypatch.setattr(avrdude.shutil, "which", lambda *words, **more: None)
+    monkeypatch.setattr(avrdude.shutil, "which", lambda *args, **more: None)
     sheet = sheet_of(window)
     assert not sheet.write.isEnabled()
-    assert "apt install avrdude" in sheet.verdict.words.text()
-    assert "choose it here" in sheet.verdict.words.text()
+    assert "apt install avrdude" in sheet.verdict.label.text()
+    assert "choose it here" in sheet.verdict.label.text()
     monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude(given))
     sheet.use("/opt/avrdude")
     assert sheet.where.text() == "/opt/avrdude"
@@ -93,7 +93,7 @@ def test_a_board_in_use_is_released_flashed_and_reopened_with_its_settings(
         sheet.write.click()
         assert window.studio.link.state == "idle"
         assert window.header.devices.word.text() == "In use: flashing firmware"
-        assert window.status.loop.words.text() == "In use: flashing firmware"
+        assert window.status.loop.label.text() == "In use: flashing firmware"
         assert not sheet.close()  # an interrupted flash would leave no working firmware
         qtbot.waitUntil(lambda: not sheet.job.running)
         assert sheet.bar.value() == sheet.bar.maximum()
@@ -101,7 +101,7 @@ def test_a_board_in_use_is_released_flashed_and_reopened_with_its_settings(
         assert len(seen) > 4
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
-        hello, said = window.studio.engine.device.hello, sheet.verdict.words.text()
+        hello, said = window.studio.engine.device.hello, sheet.verdict.label.text()
         assert f"The board answers with firmware {hello.build}, protocol version {PROTOCOL_VERSION}" in said
         assert hello.build.encode() in flash.read_image(shipped())
         assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
@@ -122,7 +122,7 @@ def test_a_failed_flash_shows_the_reason_and_can_be_repeated(window, qtbot, tmp_
     sheet.write.click()
     assert window.studio.link.state == "running"  # the window uses a different device
     qtbot.waitUntil(lambda: not sheet.job.running)
-    assert "a different chip (signature 1e940f)" in sheet.verdict.words.text()
+    assert "a different chip (signature 1e940f)" in sheet.verdict.label.text()
     assert sheet.write.text() == "Flash firmware again"
     assert sheet.write.isEnabled()
     board.end()

@@ -76,7 +76,7 @@ def test_strength_and_sweep_require_the_direction(played):
     for index, names in ((4, ("carry", "push")), (5, ("sweep",))):
         dialog.go(index)
         assert not any(getattr(dialog.step, name).isEnabled() for name in names)
-        assert dialog.step.box.words.text() == NO_DIRECTION
+        assert dialog.step.box.label.text() == NO_DIRECTION
     play.direct()
     dialog.go(5)
     assert dialog.step.sweep.isEnabled()
@@ -104,7 +104,7 @@ def test_e_stop_and_cancel_end_the_job_of_every_step_and_it_can_be_repeated(play
         on_scale = (index, name) == (4, "push")
         if index == 4:
             dialog.step.method.button(on_scale).click()
-        for words, end in (stop, cancel) if (index, name) in MOTIONS else (cancel,):
+        for text, end in (stop, cancel) if (index, name) in MOTIONS else (cancel,):
             button.click()
             assert dialog.close_button.text() == "Cancel"
             assert dialog.focusWidget() is (dialog.step.enough if on_scale else dialog.stop)
@@ -113,11 +113,11 @@ def test_e_stop_and_cancel_end_the_job_of_every_step_and_it_can_be_repeated(play
             end()
             qtbot.waitUntil(lambda: not dialog.board.busy)
             assert kit.pwm == 0
-            assert words in dialog.step.box.words.text()
+            assert text in dialog.step.box.label.text()
             assert dialog.close_button.text() == "Close"
             assert dialog.list.isEnabled()
             assert dialog.isVisible()
-            if words == "Stopped":
+            if text == "Stopped":
                 assert kit.stopped
                 play.press(button)  # nothing moves until the stop is released
                 assert kit.pwm == 0
@@ -163,7 +163,7 @@ def test_a_kit_opened_by_mistake_is_returned_and_undoing_everything_asks_first(p
         step.kits.setCurrentIndex(step.kits.findData(key))
         play.press(step.take)
         assert play.dialog.board.subject.board.sensor == sensor
-        assert profiles.named(key).title in step.box.words.text()
+        assert profiles.named(key).title in step.box.label.text()
     play.dialog.go(6)
     save.undo.click()
     assert save.undo_all.isVisible()
@@ -221,7 +221,7 @@ def test_a_stop_before_the_dialog_opened_remains_and_enter_does_not_release_it(p
         play = played()
     play.dialog.go(3)
     play.press(play.dialog.step.push)
-    assert "Stopped" in play.dialog.step.box.words.text()
+    assert "Stopped" in play.dialog.step.box.label.text()
     assert "Release E-stop" in play.dialog.step.box.remedy.text()
     assert not any(play.kit.forces)
 
@@ -238,7 +238,7 @@ def test_a_failed_save_gives_a_message_and_can_be_repeated(played, monkeypatch):
         return refuse
 
     denied = PermissionError(13, "Permission denied", "x.toml")
-    for target, name, error, words in (
+    for target, name, error, text in (
         (play.kit, "save", NoDataError("Silent."), "Silent."),
         (calibration_file, "write", denied, "Permission denied: x.toml."),
     ):
@@ -246,10 +246,10 @@ def test_a_failed_save_gives_a_message_and_can_be_repeated(played, monkeypatch):
             patched.setattr(target, name, refuse_with(error))
             play.press(save.save)
             assert save.result is None
-            assert save.box.words.text() == words
+            assert save.box.label.text() == text
     play.press(save.save)
     assert save.result.good
-    assert "within 8" in save.box.words.text()  # the handle must be within 8 mm of the middle at power-on
+    assert "within 8" in save.box.label.text()  # the handle must be within 8 mm of the middle at power-on
 
 
 def test_a_board_is_released_when_its_owner_is_destroyed(qtbot):
@@ -270,12 +270,12 @@ def test_a_sweep_with_the_real_firmware_is_cancelled_stopped_and_repeated(played
     play.press(dialog.step.push)
     assert dialog.step.result.good
     dialog.go(5)
-    for button, words in ((dialog.close_button, "Cancelled"), (dialog.stop, "Stopped")):
+    for button, text in ((dialog.close_button, "Cancelled"), (dialog.stop, "Stopped")):
         dialog.step.sweep.click()
         qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.05)
         button.click()
         play.wait()
-        assert words in dialog.step.box.words.text()
+        assert text in dialog.step.box.label.text()
         qtbot.waitUntil(lambda: dialog.board.runner.recent[-1].pwm == 0)
     dialog.release.click()
     dialog.step.sweep.click()

@@ -113,7 +113,7 @@ def test_a_missing_supply_offers_the_search_and_a_simulated_hand_can_be_dragged(
     assert "supply" in step.box.remedy.text()
     assert step.find_dead_band.isVisible()
     play.press(step.find_dead_band)
-    assert "supply" in step.box.words.text()
+    assert "supply" in step.box.label.text()
 
     led = []
     kit.move_hand = led.append
@@ -172,12 +172,12 @@ def test_radii_and_marks_are_checked_against_each_other(played):
 
     use_pulley(0.010)
     taken(play)
-    assert "10.0 mm looks like the pulley's diameter" in step.box.words.text()
+    assert "10.0 mm looks like the pulley's diameter" in step.box.label.text()
     assert "Enter 5.0 mm for the pulley" in step.box.remedy.text()
     assert play.dialog.focusWidget() not in (step.take, step.apply)
     use_pulley(0.005)
     assert len(play.dialog.board.subject.marks) == len(PLACES)
-    assert "the radii give 20.74" in step.box.words.text()
+    assert "the radii give 20.74" in step.box.label.text()
     assert play.dialog.focusWidget() is step.apply
     play.press(step.apply)
     assert step.result.good
@@ -187,8 +187,8 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert step.result is None
     play.press(step.apply)
     assert play.kit.settings_now.pulley_radius == pytest.approx(0.005, rel=0.01)
-    assert "The pulley's radius rp is now 5.0" in step.box.words.text()
-    assert "instead of 10.00 mm" in step.box.words.text()
+    assert "The pulley's radius rp is now 5.0" in step.box.label.text()
+    assert "instead of 10.00 mm" in step.box.label.text()
     assert step.result.good
     assert "skip" not in step.hint.text()
 
@@ -202,7 +202,7 @@ def test_marks_on_the_wrong_side_are_red_and_give_no_scale(played):
         assert not step.apply.isEnabled()
         play.lead(abs(place))  # +20 mm instead of −20 mm
         play.press(step.take)
-    assert "wrong side" in step.box.words.text()
+    assert "wrong side" in step.box.label.text()
     assert step.box.property("tone") == "danger"
     assert not step.apply.isEnabled()
 
@@ -221,7 +221,7 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
 
     assert enter_save(1.19 * 0.005) == (True, False)
     assert enter_save(1.21 * 0.005) == (False, True)
-    assert "1.21 × as far as with the most similar kit, Hapkit 3.0" in save.box.words.text()
+    assert "1.21 × as far as with the most similar kit, Hapkit 3.0" in save.box.label.text()
     save.confirm.click()
     assert save.save.isEnabled()
     assert enter_save(1.5 * 0.005) == (False, True)  # the new scale is not confirmed yet
@@ -245,7 +245,7 @@ def test_the_dialog_fits_a_small_screen(played, qapp, monkeypatch):
         assert small.width() <= 900
         assert small.height() <= 460
         # buttons are left out: their widths are tested above, and the style sheet sets their height
-        assert [words for words in misfits(small) if not words.startswith("button")] == [], small.step.name
+        assert [text for text in misfits(small) if not text.startswith("button")] == [], small.step.name
 
 
 @pytest.mark.slow
@@ -257,14 +257,14 @@ def test_an_encoder_counts_both_ways(played, monkeypatch):
     play.end_to_end()
     play.press(sensor.start_button)
     reach = math.floor(0.048 / play.kit.count_length)
-    low, high = (int(n) for n in re.findall(r"-?\d+", sensor.box.words.text().replace("−", "-"))[:2])
+    low, high = (int(n) for n in re.findall(r"-?\d+", sensor.box.label.text().replace("−", "-"))[:2])
     assert (low, high) == (pytest.approx(-reach, abs=2), pytest.approx(reach, abs=2))
     bottom, top = sensor.plot.getViewBox().viewRange()[1]
     assert bottom == -top < low
     assert np.ptp(sensor.plot.values) < 3 * reach
     play.dialog.go(6)
     play.press(play.dialog.save_step.save)
-    assert "in the middle:" in play.dialog.save_step.box.words.text()  # the text says how to power on
+    assert "in the middle:" in play.dialog.save_step.box.label.text()  # the text says how to power on
 
 
 class LateKit(PaddleKit):
@@ -291,12 +291,12 @@ def test_the_drawing_shows_the_selected_method_and_a_failed_mass_is_measured_aga
     play.kit.late = True
     play.hang(0.0)
     play.press(step.carry)
-    assert "This computer was late" in step.box.words.text()
+    assert "This computer was late" in step.box.label.text()
     assert "Hold the handle in the middle again" in step.box.remedy.text()
     assert step.result is None
     play.hang(0.0)
     play.press(step.carry)
-    assert "To carry 0 g," in step.box.words.text()
+    assert "To carry 0 g," in step.box.label.text()
     assert "hang 50 g on the handle" in step.box.remedy.text()
     assert step.drawing.grams == "50"
     step.method.button(1).click()
@@ -319,7 +319,7 @@ def test_a_motion_above_the_labs_limit_is_refused_with_both_forces(played, monke
         if index == 4:
             step.method.button(("carry", "push", "pull").index(button)).click()
         play.press(getattr(step, button))
-        assert step.box.words.text().startswith(
+        assert step.box.label.text().startswith(
             f"This measurement needs up to {force:g} N, but lab.toml limits the force to 1 N."
         )
         assert step.result is None
@@ -339,15 +339,15 @@ def test_springs_are_measured_one_after_the_other(played):
         play.let_go()
         play.kit.spring = stiffness
         play.press(step.pull)
-        assert f"spring of {stiffness:g} N/m was measured as {stiffness / 0.9:.0f}" in step.box.words.text()
+        assert f"spring of {stiffness:g} N/m was measured as {stiffness / 0.9:.0f}" in step.box.label.text()
         assert next_step in step.box.remedy.text()
     play.press(step.use_pulled)
     assert play.kit.settings_now.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
-    assert "The motor gives 90 ± 4 %" in step.box.words.text()
+    assert "The motor gives 90 ± 4 %" in step.box.label.text()
 
 
 @pytest.mark.parametrize(
-    ("delays", "size", "words"),
+    ("delays", "size", "text"),
     [
         (
             (9.0e-3, 3.1e-3),
@@ -362,11 +362,11 @@ def test_springs_are_measured_one_after_the_other(played):
         ),
     ],
 )
-def test_frames_are_sent_in_the_way_that_was_measured_as_faster(played, delays, size, words):
+def test_frames_are_sent_in_the_way_that_was_measured_as_faster(played, delays, size, text):
     dialog = played().dialog
     link = dialog.studio.device
     link.padding = PACKET - size
     dialog.board.subject.padding = Padding(*delays)
     dialog.reset()
     assert link.padding == size
-    assert dialog.connect_step.frames.text() == words
+    assert dialog.connect_step.frames.text() == text

@@ -77,12 +77,12 @@ class VerdictRow(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.sign, self.words, self.more = Sign(26), label(role="readout"), label(role="fact")
+        self.sign, self.label, self.more = Sign(26), label(role="readout"), label(role="fact")
         self.feel = QPushButton("Feel this failure", autoDefault=True)
         self.back = QPushButton("Restore settings", autoDefault=True)
         icons.bind(self.feel, "hand", "ink", 18)
         icons.bind(self.back, "reset", "ink", 18)
-        hbox(self.sign, (vbox(self.words, self.more), 1), self.back, self.feel, into=self)
+        hbox(self.sign, (vbox(self.label, self.more), 1), self.back, self.feel, into=self)
 
     def show_record(
         self, record: Record, harmless: bool, felt: bool, taken: bool, gone: bool = False
@@ -97,9 +97,9 @@ class VerdictRow(QWidget):
         token = "ok" if here and here.evidence.holds else "danger"
         self.sign.show_sign("" if here is None else "check" if token == "ok" else "close", token)
         said = clauses(here.evidence.text) if here else ["This value was not tried yet"]
-        self.words.setText(record.wrong or said[0])
-        mark(self.words, "ink", token if fresh or record.wrong else "ink3")
-        mark(self.words, "role", "headline" if record.wrong else "readout")
+        self.label.setText(record.wrong or said[0])
+        mark(self.label, "ink", token if fresh or record.wrong else "ink3")
+        mark(self.label, "role", "headline" if record.wrong else "readout")
         live = here.live if here else None
         advice = live.advice if live else ""
         felt_text = f"The scene shows this failure now. {advice}".strip()

@@ -119,7 +119,7 @@ class FailureSide(SidePanel):
         failure = record.failure
         if self.heading.text() != failure.title:
             self.heading.setText(failure.title)
-            self.words.setText(f"{failure.summary}.")
+            self.label.setText(f"{failure.summary}.")
             self.formula.setText(subscripts(failure.formula))
             self.why.setText(subscripts(failure.explanation))
             self._make_rows(failure)

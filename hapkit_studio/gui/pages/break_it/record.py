@@ -164,12 +164,12 @@ class FailureRunner(QObject):
                 except Exception as error:
                     # if the job was cancelled, this call raises, so that the error below is not reported
                     report(0, _FINE)
-                    words = (
+                    text = (
                         str(error)
                         if isinstance(error, StudioError)
                         else f"An error occurred during the trial: {error}"
                     )
-                    self.wrong.emit(failure.key, words)
+                    self.wrong.emit(failure.key, text)
                     if not many:
                         raise
             return len(plans)

@@ -109,8 +109,8 @@ class StepDot(QPushButton):
     def show_state(self, done: bool, current: bool) -> None:
         """Show whether the step is done and whether it is open."""
         self.done, self.current = done, current
-        words = ", done" if done else ""
-        self.setAccessibleName(f"Step {self.number}{words}: {self._title}")
+        text = ", done" if done else ""
+        self.setAccessibleName(f"Step {self.number}{text}: {self._title}")
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -179,10 +179,10 @@ class LessonsPage(Page):
         self.player.end()
         super().end()
 
-    def show_text(self, words: str) -> None:
+    def show_text(self, text: str) -> None:
         """Show a message above the lesson; "" removes it."""
-        self.message.setText(words)
-        self.message.setVisible(bool(words))
+        self.message.setText(text)
+        self.message.setVisible(bool(text))
 
     def load(self) -> None:
         """Read all lessons again."""
@@ -235,7 +235,7 @@ class LessonsPage(Page):
         }
         for key, row in self.rows.items():
             row.clicked.connect(partial(self.open, key))
-        errors = [label(words, "error") for words in self.library.errors]
+        errors = [label(text, "error") for text in self.library.errors]
         self.listed.show_parts([*errors, *self.rows.values()])
         folder = str(self._settings.value(LESSONS_FOLDER, ""))
         self.own.setText(f"Your folder of lessons: {Path(folder).name}" if folder else "Lessons of your own:")
@@ -267,7 +267,7 @@ class LessonsPage(Page):
         self.place, self.title = label(role="hint", wrap=False), label(role="title")
         self.dot_row = hbox(gap=6)
         self.body = LessonColumn()
-        self.back, self.next = (QPushButton(words, autoDefault=True) for words in ("Back", "Next"))
+        self.back, self.next = (QPushButton(text, autoDefault=True) for text in ("Back", "Next"))
         icons.bind(self.back, "chevron_left", "ink", 16)
         self.back.setToolTip("Go to the previous step (Alt+Left)")
         self.back.clicked.connect(lambda: self.go(-1))

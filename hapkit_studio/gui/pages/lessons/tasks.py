@@ -33,16 +33,16 @@ class Task(QFrame):
     def __init__(self, title: str):
         super().__init__()
         self.setProperty("card", True)
-        self.sign, self.title, self.words = Sign(18), label(title, "strong"), label()
+        self.sign, self.title, self.label = Sign(18), label(title, "strong"), label()
         self.entry = vbox()
-        column = vbox(self.title, self.entry, self.words, gap=5)
+        column = vbox(self.title, self.entry, self.label, gap=5)
         hbox(vbox(self.sign, None), (column, 1), into=self, margins=(10, 9, 10, 9), gap=8)
 
     def show_result(self, result: Result) -> None:
         """Show the task's result in a sentence."""
         self.sign.show_sign(*_SIGNS.get(result.state, _WAITS))
-        self.words.setText(result.text)
-        mark(self.words, "ink", {CORRECT: "ok", WRONG: "warn"}.get(result.state, "ink2"))
+        self.label.setText(result.text)
+        mark(self.label, "ink", {CORRECT: "ok", WRONG: "warn"}.get(result.state, "ink2"))
         state = "done" if result.state in (CORRECT, "review") else "not done"
         self.setAccessibleName(f"{self.title.text()}: {state}. {result.text}")
 
@@ -61,11 +61,11 @@ class CheckTask(Task):
 class _Option(QWidget):
     """A radio button with a text of several lines."""
 
-    def __init__(self, words: str):
+    def __init__(self, text: str):
         super().__init__()
-        self.button, self._words = QRadioButton(), label(words)
-        self.button.setAccessibleName(words)
-        hbox(self.button, (self._words, 1), into=self, gap=6)
+        self.button, self._label = QRadioButton(), label(text)
+        self.button.setAccessibleName(text)
+        hbox(self.button, (self._label, 1), into=self, gap=6)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
@@ -101,9 +101,9 @@ class QuestionTask(Task):
     def _choice(self, question: Question, given: str) -> QWidget:
         entry, group = QWidget(), QButtonGroup(self)
         column = vbox(into=entry, gap=3)
-        for at, words in enumerate(question.options):
-            option = _Option(words)
-            option.button.setChecked(words == given)
+        for at, text in enumerate(question.options):
+            option = _Option(text)
+            option.button.setChecked(text == given)
             group.addButton(option.button, at)
             self.options.append(option.button)
             column.addWidget(option)
@@ -121,7 +121,7 @@ class QuestionTask(Task):
 
     def show_result(self, result: Result) -> None:
         super().show_result(result)
-        self.words.setVisible(result.state != WAITING)
+        self.label.setVisible(result.state != WAITING)
 
     def stops(self) -> list[QWidget]:
         return [part for part in (*self.options, self.field, self.text) if part is not None]
@@ -132,13 +132,13 @@ class HintPart(QWidget):
 
     def __init__(self, block: Hint):
         super().__init__()
-        self.button, self.words = QPushButton("Hint", autoDefault=True), text_label(block.tokens)
+        self.button, self.label = QPushButton("Hint", autoDefault=True), text_label(block.tokens)
         self.button.setProperty("flat", True)
         self.button.setCheckable(True)
         icons.bind(self.button, "info", "accent", 18)
-        self.button.toggled.connect(self.words.setVisible)
-        self.words.hide()
-        vbox(hbox(self.button, None), self.words, into=self, gap=3)
+        self.button.toggled.connect(self.label.setVisible)
+        self.label.hide()
+        vbox(hbox(self.button, None), self.label, into=self, gap=3)
 
     def stops(self) -> list[QWidget]:
         """Return the widgets at which the Tab key stops."""
@@ -147,6 +147,6 @@ class HintPart(QWidget):
 
 def plot_part(block: Plot) -> QWidget:
     """Return the line that names the plot to look at."""
-    part, words = QWidget(), hint(f"{_OVER[block.over]}: {block.caption}".rstrip(": "))
-    hbox(Sign(18, "gauge", "ink2"), (words, 1), into=part, gap=8)
+    part, caption = QWidget(), hint(f"{_OVER[block.over]}: {block.caption}".rstrip(": "))
+    hbox(Sign(18, "gauge", "ink2"), (caption, 1), into=part, gap=8)
     return part

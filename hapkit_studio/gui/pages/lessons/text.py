@@ -74,8 +74,8 @@ def _picture(tex: str, font: QFont) -> str:
     high = max(2.0 * below + half_x, 2.0 * above - half_x)
     data = base64.b64encode(_png(shape, wide, high, (high + half_x) / 2.0 - above, em)).decode()
     size = f'width="{round(wide)}" height="{round(high)}"'
-    words = html.escape(printable(tex))
-    return f'<img src="data:image/png;base64,{data}" alt="{words}" {size} style="vertical-align: middle">'
+    text = html.escape(printable(tex))
+    return f'<img src="data:image/png;base64,{data}" alt="{text}" {size} style="vertical-align: middle">'
 
 
 def _png(shape: Drawn, wide: float, high: float, top: float, em: float) -> bytes:

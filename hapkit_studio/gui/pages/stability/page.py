@@ -53,7 +53,7 @@ class StabilitySide(SidePanel):
     def __init__(self, studio: Studio):
         super().__init__()
         self.heading.hide()
-        self.words.hide()
+        self.label.hide()
         self.title = PanelTitle(studio)
         self.rows = ParameterRows(studio, self.title.help)
         self.add(self.title, rule(), self.rows)
@@ -278,8 +278,8 @@ class StabilityPage(MeasuringPage):
         if event is None or self.lines is None or self.chart.pale:
             self.chart.read(None)
         else:
-            words = reading(self.lines, float(event.xdata or 0.0), float(event.ydata or 0.0))
-            self.chart.read(event, "\n".join(words))
+            text = reading(self.lines, float(event.xdata or 0.0), float(event.ydata or 0.0))
+            self.chart.read(event, "\n".join(text))
 
     def _forget_lines(self) -> None:
         self.lines = None
@@ -295,10 +295,10 @@ class StabilityPage(MeasuringPage):
     def _show_studio(self) -> None:
         """Update the description of a click's effect, the release button, and the controller's check box."""
         side, trial, parameters = self.side, self.trial, self.map_parameters
-        words = parameters.text if parameters else "This environment has no stiffness or damping to set."
+        text = parameters.text if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
-            words += " On a real Hapkit, let go of the handle with your hand."
-        side.try_hint.setText(words)
+            text += " On a real Hapkit, let go of the handle with your hand."
+        side.try_hint.setText(text)
         side.release.setText("Holding the handle…" if trial.holding else "Release the handle here")
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
         side.outcome.setText(trial.said)

@@ -91,7 +91,7 @@ class VerdictColumn(SidePanel):
         self.body.setObjectName("beside")
         self._cover.setObjectName("besideEnd")
         self.sign, self.out, self.why, self.lines = Sign(24), label(), hint(_WHY_SO_MANY), hint()
-        self.words.hide()
+        self.label.hide()
         self.answers = AnswerLines()
         mark(self.heading, "role", "verdict")
         mark(self.out, "ink", "ink2")
@@ -119,6 +119,6 @@ class VerdictColumn(SidePanel):
         self.limits.show_pairs(pairs)
         self.why.setVisible("Passive" in dict(pairs))
 
-    def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
+    def show_lines(self, texts: dict[str, tuple[str, str]]) -> None:
         """Explain each line of the map."""
-        self.lines.setText("\n".join(f"{name}: {meaning}" for name, meaning in words.values()))
+        self.lines.setText("\n".join(f"{name}: {meaning}" for name, meaning in texts.values()))
