@@ -1,4 +1,4 @@
-// Queues whole frames for the computer; on request it pads them to a multiple of bytes.
+// Queues whole frames for the computer; on request it pads each frame to a multiple of a given size.
 #pragma once
 
 #include <stdint.h>

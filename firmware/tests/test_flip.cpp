@@ -129,7 +129,7 @@ TEST(every_reading_in_the_gap_at_every_speed_is_bridged) {
 }
 
 TEST(impacts_and_rebounds_are_followed) {
-  // speeds before and after the impact, in counts per sample; 48 are 1 m/s at 1 kHz
+  // speed before the impact in counts per sample (48 are 1 m/s at 1 kHz), and the ratio of the speed after it
   for (double before : {50.0, 100.0, 150.0, 200.0}) {
     for (double after : {0.0, -0.2, -0.5}) {
       for (double at = 0.0; at < 1.0; at += 0.05) {

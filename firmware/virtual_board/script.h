@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Sources of commands: a script by board time, and lines on standard input.
+// Sources of commands: a script, whose lines are executed at given times of the board, and standard input.
 #pragma once
 
 #include "board.h"

@@ -58,7 +58,7 @@ class Form:
 
     @property
     def bounded(self) -> bool:
-        """Return True if the sum is limited in the direction of its step."""
+        """Return True if tests limit the value in the direction in which its step changes it."""
         return bool(self.limits) if 0 in self.signs else bool(self.signs) and self.signs <= self.limits
 
 

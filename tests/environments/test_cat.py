@@ -77,7 +77,7 @@ EVERY_LOOP = wide(
 
 
 def strokes(run, hand):
-    """Return the number of strokes to and fro at each sample, counted from the head."""
+    """Return the number of cycles (one stroke to and fro) at each sample, counted from the head."""
     return (run.time - STROKE[hand] / 2) / (2 * STROKE[hand])
 
 
@@ -103,8 +103,9 @@ def test_it_swats_at_the_second_rub(rate, delay, estimator):
     run = hs.simulate("cat", hand="rub", rate=rate, delay=delay, estimator=estimator, seconds=5.0)
     assert run.faults == ()
     swatting = column(run, "swat") > 0.0
-    # At −3.5 per metre, 27 mm to the head and 55 mm per stroke give −0.5 after 1.1 cycles. The swat comes
-    # later, because near the ends the hand is slower than FAST and ROUGH.
+    # Rubbing changes the contentment by −3.5 per metre. The hand moves 27 mm to the head and then 55 mm per
+    # stroke, so the contentment reaches −0.5, at which the cat swats, after 1.1 cycles. The swat comes later,
+    # because near the ends the hand is slower than FAST and ROUGH.
     assert 1.1 < strokes(run, "rub")[swatting.argmax()] < 1.4
     assert np.count_nonzero(np.diff(swatting.astype(int)) > 0) == 1
     assert not column(run, "phase").any()

@@ -93,7 +93,7 @@ def time_off(run: Run) -> float:
 
 
 def on_again(run: Run, off: float) -> float:
-    """Return for how many s the motor was on although it must be off."""
+    """Return the time in s for which the motor was on although it had to be off."""
     if run.case.off is None:
         return 0.0
     span = run.truth[(run.truth.time > START + off) & (run.truth.time < END)]

@@ -1,4 +1,4 @@
-"""A peer review is a separate file that never changes the data; it is shown with others, even if damaged."""
+"""A peer review is a separate file that never changes the reviewed data; a damaged review hides no other."""
 
 import html.parser
 import json

@@ -130,7 +130,7 @@ class Live(QObject):
         return self.history.now
 
     def _divide(self) -> None:
-        """Add a divider for a new environment, unless a replay selects it.
+        """Add a divider at a change of environment; during a replay, the divider has no label.
 
         The plots resume if they were paused: the paused samples belong to the previous environment.
         """

@@ -281,7 +281,7 @@ class SceneView(QWidget):
         super().focusInEvent(event)
 
     def wheelEvent(self, event) -> None:
-        """Ignore the wheel, because it does not move the hand."""
+        """Accept the event without an effect: the wheel does not move the hand."""
         event.accept()
 
     def keyPressEvent(self, event) -> None:

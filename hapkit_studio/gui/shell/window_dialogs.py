@@ -34,7 +34,7 @@ _LONGEST = 40  # maximum number of letters of a marker; the plots have no space 
 
 
 class KeysDialog(TextDialog):
-    """Shows all keys, grouped by menu, and the window's terms; a search field filters the lines."""
+    """Shows all keys, grouped by menu, and the glossary; a search field filters the lines."""
 
     def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
         super().__init__("Keys and glossary", parent)

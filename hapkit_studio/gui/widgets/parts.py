@@ -258,7 +258,7 @@ class ScrollColumn(QScrollArea):
         bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Update the cover of a cut row after the column or a row in it has been resized."""
+        """Cover a row that is only partly visible after the column or one of its rows has been resized."""
         done = super().eventFilter(watched, event)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             self._cover_cut_row()

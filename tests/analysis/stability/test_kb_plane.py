@@ -16,8 +16,8 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from tests.analysis.stability.independent import Handle
 
-# a Hapkit with 0.18 N·s/m. Columns: delay in s or rate in Hz, limit without and with 2 N·s/m of virtual
-# damping
+# A Hapkit whose handle has a damping of 0.18 N·s/m. Columns: the changed setting (delay in s or rate in Hz),
+# and the stiffness limit in N/m without virtual damping and with 2 N·s/m of it
 HAPKITS = [({}, 360.0, 4170.0), ({"delay": 1e-3}, 120.0, 1382.0), ({"rate": 230.0}, 83.0, 826.0)]
 LATE = LoopSettings(viscous=0.18, delay=1e-3, estimator=("iir", {"cutoff": 35.5}))
 
