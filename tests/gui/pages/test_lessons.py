@@ -17,6 +17,7 @@ from hapkit_studio.gui.teach.demos import shipped
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons import library
 from hapkit_studio.lessons.progress import file_of
+from tests.gui.shell.test_layout import resize
 from tests.gui.window_support import delete_deferred
 from tests.wide import wide
 
@@ -132,6 +133,16 @@ def test_each_step_of_each_lesson_shows_its_scene(page, kept_window, key):
         page.player.go(at)
         assert not differing(studio, scene_settings(step.scene))
         assert set(page.tasks) == {task.key for task in (*step.checks, *step.questions)}
+
+
+def test_the_buttons_below_the_last_step_are_not_cut_off(page, kept_window, qapp):
+    resize(qapp, kept_window, (1280, 720))
+    page.open(WALL)
+    page.player.go(len(page.player.lesson.steps) - 1)
+    qapp.processEvents()
+    assert page.next.text() == "Finish"
+    for button in (page.back, page.again, page.next, page.report, page.hand_in):
+        assert button.width() >= button.sizeHint().width(), button.text()
 
 
 @pytest.mark.slow

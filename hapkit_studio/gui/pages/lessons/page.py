@@ -292,7 +292,8 @@ class LessonsPage(Page):
             hbox(self.back_to_list, None, self.place), self.title, self.dot_row,
             into=head, margins=(_SIDE, 8, _SIDE, 8), gap=6,
         )  # fmt: skip
-        moves = hbox(self.back, self.again, None, primary(self.next), margins=(_SIDE, 10, _SIDE, 10))
+        # a gap of 8 would cut off "Reset step" beside "Finish"
+        moves = hbox(self.back, self.again, None, primary(self.next), margins=(_SIDE, 10, _SIDE, 10), gap=4)
         files = hbox(self.report, None, self.hand_in, margins=(_SIDE, 8, _SIDE, 10))
         vbox(head, (self.body, 1), rule(), moves, rule(), files, into=part)
         return part
