@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hapkit_studio import environments
+from hapkit_studio.dynamics.loop_settings import DELAY, ESTIMATOR, RATE
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.lessons.lesson import Check
 from hapkit_studio.lessons.measurements import (
@@ -166,7 +167,8 @@ def _wrong_setting(check: Check, part: Samples) -> str:
         label, unit, now = _setting(part, key, values, parameter)
         if isinstance(wanted, str):
             if now != wanted:
-                return f"{label} is {now}. Choose {wanted}."
+                names = dict(zip(ESTIMATOR.options, ESTIMATOR.labels, strict=True))
+                return f"{label} is {names.get(str(now), now)}. Choose {names.get(wanted, wanted)}."
         elif not (isinstance(now, float) and wanted[0] <= now <= wanted[1]):
             is_now = on_screen(now, unit) if isinstance(now, float) else str(now)
             low, high = (on_screen(limit, unit) for limit in wanted)
@@ -181,11 +183,11 @@ def _setting(
     if parameter is not None:
         return parameter.label, parameter.unit, float(values[key])
     if key == "rate":
-        return "The rate", "Hz", float(part.settings.get("rate_Hz") or math.nan)
+        return RATE.label, RATE.unit, float(part.settings.get("rate_Hz") or math.nan)
     if key == "delay":
-        return "The added delay", "s", part.delay
+        return DELAY.label, DELAY.unit, part.delay
     spec = part.settings.get("estimator")
-    return "The velocity estimator", "", str(spec[0] if isinstance(spec, list | tuple) and spec else spec)
+    return ESTIMATOR.label, "", str(spec[0] if isinstance(spec, list | tuple) and spec else spec)
 
 
 def _intervals(check: Check, entry: Measurement, segment: Samples) -> Iterator[Samples]:

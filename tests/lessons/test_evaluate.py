@@ -81,6 +81,14 @@ def test_a_setting_out_of_range_is_reported():
     assert found.text == "Stiffness is 300 N/m. Set a value between 400 N/m and 500 N/m."
     check = replace(CHECK, where={"side": "left"})
     assert evaluate(check, presses(0.005)).text == "Side is right. Choose left."
+    made = presses(0.005)
+    log = [(0.0, {**made.log[0][1], "rate_Hz": 500.0, "delay_s": 0.005, "estimator": ["foaw", {}]})]
+    for where, words in (
+        ({"estimator": "iir"}, "Velocity is FOAW. Choose IIR."),
+        ({"delay": (0.0, 0.001)}, "Added delay is 5 ms. Set a value between 0 ms and 1 ms."),
+        ({"rate": (1000.0, 2000.0)}, "Servo rate is 500 Hz. Set a value between 1,000 Hz and 2,000 Hz."),
+    ):
+        assert evaluate(replace(CHECK, where=where), replace(made, log=log)).text == words
 
 
 def test_a_recording_without_contact_is_reported():
