@@ -123,8 +123,8 @@ class ThresholdPage(BlindPage):
     def count_text(self) -> str:
         turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
         return (
-            f"Answers: {self.answers}. The difference turned from growing to shrinking or back: "
-            f"{turns} of {discrimination.REVERSALS} times."
+            f"Answers: {self.answers}. The difference changed direction {turns} of "
+            f"{discrimination.REVERSALS} times."
         )
 
 
