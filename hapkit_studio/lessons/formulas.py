@@ -16,6 +16,7 @@ INLINE = "$"
 
 
 _SIZE = 12.0  # points: font size, which determines only the resolution of the outline
+_LONGEST = 1_000  # maximum number of characters; mathtext takes 3 s for 6,000
 
 
 def is_formula(token: Any) -> bool:
@@ -44,13 +45,20 @@ def svg(tex: str) -> str:
 
 @lru_cache(maxsize=512)
 def drawn(tex: str, color: str = "currentColor") -> Drawn:
-    """Render a formula in a colour; raise ValueError for TeX that mathtext does not know."""
+    """Render a formula in a colour; raise ValueError for TeX that mathtext cannot draw."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.path import Path
     from matplotlib.textpath import TextPath
 
+    if len(tex) > _LONGEST:
+        raise ValueError(f"it has {len(tex):,} characters; the limit is {_LONGEST:,}")
     font = FontProperties(size=_SIZE, math_fontfamily="dejavusans")
-    path = TextPath((0.0, 0.0), f"${tex}$", prop=font)
+    try:
+        path = TextPath((0.0, 0.0), f"${tex}$", prop=font)
+    except RecursionError:
+        raise ValueError("its braces are nested too deeply") from None
+    except AttributeError:  # matplotlib's Path cannot be made from an empty list of codes
+        raise ValueError("it has nothing visible") from None
     box = path.get_extents()
     pad = 0.08 * _SIZE
     left, bottom = box.x0 - pad, box.y0 - pad

@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio import resources
 from hapkit_studio.cli import main
 from hapkit_studio.lessons import library
-from hapkit_studio.lessons.formulas import svg
+from hapkit_studio.lessons.formulas import formula, svg
 from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
 
 
@@ -50,6 +50,20 @@ def test_check_reports_the_line_of_a_formula(tmp_path, capsys):
     path.write_text(path.read_text().replace("`$F = -K d$`", r"`$\frac{1$`"))
     assert main(["lessons", "check", str(path)]) == 2
     assert "mine.md, line 12: the formula cannot be read" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("tex", "reason"),
+    [
+        (r"\sqrt{" * 60 + "x" + "}" * 60, "its braces are nested too deeply"),
+        (r"\phantom{x}", "it has nothing visible"),
+        ("x+" * 501, "it has 1,002 characters; the limit is 1,000"),
+    ],
+)
+def test_a_formula_that_cannot_be_drawn_is_shown_as_its_source(tex, reason):
+    with pytest.raises(ValueError, match=reason):
+        svg(tex)
+    assert formula(tex) == f"<code>{tex}</code>"
 
 
 def test_every_shipped_formula_is_rendered():
