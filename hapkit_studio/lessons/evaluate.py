@@ -198,7 +198,14 @@ def _intervals(check: Check, entry: Measurement, segment: Samples) -> Iterator[S
     elif kind in (PRESS, TOUCH) and segment.depth is not None:
         yield from _contacts(segment, _MARGIN if kind == TOUCH else 0.0)
     else:
-        yield from _windows(segment, check.seconds or entry.seconds)
+        yield from _windows(segment, _window_seconds(check, entry, segment))
+
+
+def _window_seconds(check: Check, entry: Measurement, segment: Samples) -> float:
+    """Return the length of a window, in which the required duration fits."""
+    seconds = check.seconds or entry.seconds
+    needed = check.needs.get("seconds", 0.0)
+    return max(seconds, needed + 2.0 * segment.period) if len(segment) > 1 else seconds
 
 
 def _contacts(segment: Samples, margin: float) -> Iterator[Samples]:

@@ -11,6 +11,9 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError
 from hapkit_studio.formatting import number
 
+MOST_CRITERIA = 50  # maximum number of rows of a rubric
+_ROUNDING = 1e-12  # relative rounding error of decimal numbers: 2.1 − 2.0 is more than 0.1
+
 
 class LessonError(FileError):
     """A lesson is invalid; the message names the lesson's file and line."""
@@ -132,7 +135,8 @@ class Question:
         except ValueError:
             return "wrong", f"Enter a number in {self.unit}." if self.unit else "Enter a number."
         assert self.value is not None
-        if abs(found - self.value) <= self.tolerance:
+        rounding = _ROUNDING * (abs(self.value) + self.tolerance)
+        if abs(found - self.value) <= self.tolerance + rounding:
             return "correct", f"{given} {self.unit}".rstrip() + " is correct."
         way = "too high" if found > self.value else "too low"
         return "wrong", f"{given} {self.unit}".rstrip() + f" is {way}. {self.wrong}".rstrip()

@@ -8,7 +8,7 @@ import pytest
 
 from hapkit_studio.lessons import evaluate
 from hapkit_studio.lessons.evaluate import CORRECT, WAITING, WRONG
-from hapkit_studio.lessons.lesson import Check
+from hapkit_studio.lessons.lesson import Check, Question
 from tests.lessons.made import RATE, elsewhere, larger, samples, still, stronger
 
 CHECK = Check(
@@ -137,3 +137,32 @@ def test_the_stamp_depends_on_every_sample_and_setting():
     assert changed.stamp() != stamp
     settings = {**made.log[0][1], "rate_Hz": 999.0}
     assert replace(made, log=[(0.0, settings)]).stamp() != stamp
+
+
+@pytest.mark.parametrize("seconds", [3.0, 4.0])
+def test_a_window_is_as_long_as_the_check_requires(seconds):
+    time = np.arange(6000) / 1000.0
+    place = 0.005 * np.sin(math.tau * time)
+    check = replace(CHECK, environment="spring", needs={"seconds": seconds})
+    assert evaluate(check, samples("spring", {"stiffness": 300.0}, place, -300.0 * place)).correct
+    short = samples("spring", {"stiffness": 300.0}, place[:2900], -300.0 * place[:2900])
+    assert evaluate(check, short).state == WAITING
+
+
+@pytest.mark.parametrize(
+    ("value", "tolerance", "given", "state"),
+    [
+        (2.0, 0.1, "2.1", CORRECT),
+        (2.0, 0.1, "1.9", CORRECT),
+        (0.3, 0.1, "0,4", CORRECT),
+        (1e-3, 1e-4, "1.1e-3", CORRECT),
+        (0.3, 0.0, "0.3", CORRECT),
+        (2.0, 0.1, "2.1001", WRONG),
+        (2.0, 0.1, "1.8999", WRONG),
+        (2.0, 0.1, "nan", WRONG),
+        (2.0, 0.1, "inf", WRONG),
+    ],
+)
+def test_a_number_at_the_edge_of_the_tolerance_is_correct(value, tolerance, given, state):
+    question = Question("1.1", 1, "How much?", value=value, tolerance=tolerance)
+    assert question.judge(given)[0] == state
