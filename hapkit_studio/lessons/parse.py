@@ -32,6 +32,7 @@ from hapkit_studio.files import (
 )
 from hapkit_studio.formatting import quoted
 from hapkit_studio.lessons.lesson import (
+    MOST_CRITERIA,
     Block,
     Check,
     Criterion,
@@ -47,6 +48,7 @@ from hapkit_studio.lessons.lesson import (
     Text,
 )
 from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
+from hapkit_studio.parameters import Choice
 
 SUFFIX = ".md"
 MOST_STEPS, MOST_TASKS = 40, 100
@@ -106,7 +108,7 @@ class _Reader:
             "minutes": head.number("minutes", 1.0, 600.0, "min"),
             "order": head.integer("order", 0, 1000, 100),
             "hide": head.names("hide", HIDDEN),
-            "rubric": head.records("rubric", self._criterion),
+            "rubric": self._rubric(head),
             "hide_names": head.flag("hide_names"),
         }
         keys = head.names("environments", tuple(self.known))
@@ -162,8 +164,13 @@ class _Reader:
         return _Table(self, found, line, last)
 
     @staticmethod
-    def _criterion(row: "_Table") -> Criterion:
-        return Criterion(row.text("text"), row.integer("points", 1, 100))
+    def _rubric(head: "_Table") -> tuple[Criterion, ...]:
+        rows = head.records("rubric", lambda row: Criterion(row.text("text"), row.integer("points", 1, 100)))
+        if len(rows) > MOST_CRITERIA:
+            raise head.wrong("rubric", f"a rubric may have at most {MOST_CRITERIA} rows, not {len(rows)}")
+        if len({row.text for row in rows}) < len(rows):
+            raise head.wrong("rubric", "two rows of the rubric have the same text")
+        return rows
 
     # --- steps
 
@@ -309,6 +316,14 @@ class _Reader:
             raise table.wrong(
                 "expect", "expect needs tolerance or percent, and excludes at_least and at_most"
             )
+        if expect is not None and (least is not None or most is not None):
+            raise table.wrong("expect", "expect excludes at_least and at_most")
+        if tolerance is not None and percent is not None:
+            raise table.wrong("percent", "a check must have either tolerance or percent, not both")
+        if percent is not None and expect == 0.0:
+            raise table.wrong("percent", "a percentage of zero is zero; give a tolerance")
+        if least is not None and most is not None and least > most:
+            raise table.wrong("at_least", f"at_least is {least:g}, more than at_most, {most:g}")
         between = table.get("between")
         if between is not None:
             between = tuple(table.points("between", between))
@@ -343,10 +358,12 @@ class _Reader:
             if key not in parameters and key not in loop:
                 among = ", ".join([*parameters, *loop])
                 raise table.wrong("where", f"a setting must be one of {among}, not {quoted(key)}")
-            if isinstance(wanted, str):
-                if key in parameters:
-                    table.attempt("where", parameters[key].check, wanted)
-                found[key] = wanted
+            if key == "estimator":
+                found[key] = table.attempt("where", checked_text, wanted, key, _LINE)
+                table.attempt("where", estimator_texts, wanted)
+            elif isinstance(choice := parameters.get(key), Choice):
+                index = table.attempt("where", choice.check, wanted)
+                found[key] = choice.text(index)
             else:
                 low, high = table.points("where", wanted)
                 found[key] = low, high
@@ -375,6 +392,10 @@ class _Reader:
             raise table.wrong(
                 "answer", f"the answer must be one of the options, not {quoted(question.answer)}"
             )
+        if question.answer and not options:
+            raise table.wrong("answer", "an answer needs options; a number is given as value")
+        if question.tolerance and question.value is None:
+            raise table.wrong("tolerance", "a tolerance needs a value")
         if options and question.value is not None:
             raise table.wrong("value", "a question must have either options or a value, not both")
         return question

@@ -24,13 +24,13 @@ from hapkit_studio.files import (
 )
 from hapkit_studio.formatting import number
 from hapkit_studio.lessons.hand_in import HandedIn
-from hapkit_studio.lessons.lesson import Lesson
+from hapkit_studio.lessons.lesson import MOST_CRITERIA, Lesson
 
 SUFFIX = ".review"
 VERSION = 1
 LONGEST = 1_000  # maximum number of characters of a comment
 _NAME, _CRITERION = 100, 1_000
-MOST_ROWS, MOST_COMMENTS, MOST_REPLIES = 50, 100, 50
+MOST_COMMENTS, MOST_REPLIES = 100, 50
 MOST_REVIEWS = 100  # maximum number of reviews of a handed-in file
 _MOST_FILES = 2_000  # maximum number of files in a folder
 _LATEST = 31 * 86_400.0  # s: maximum time of a comment
@@ -180,7 +180,9 @@ def parse(text: str, name: str) -> Review:
             key: checked_text(table.get(key), f"{name}: {key}", longest)
             for key, longest in (("session", 255), ("answers", 64), ("lesson", _NAME), ("reviewer", _NAME))
         }
-        rows = tuple(_row(one, f"{name}: row {at}") for at, one in _records(table, "rows", name, MOST_ROWS))
+        rows = tuple(
+            _row(one, f"{name}: row {at}") for at, one in _records(table, "rows", name, MOST_CRITERIA)
+        )
         comments = tuple(
             _comment(one, f"{name}: comment {at}")
             for at, one in _records(table, "comments", name, MOST_COMMENTS)

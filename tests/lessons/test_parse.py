@@ -113,6 +113,15 @@ def test_every_block_of_a_step_is_read_in_order(tmp_path):
         ("percent = 5\n", "", "line 28: expect needs tolerance or percent"),
         ("depth = 0.003", "deep = 0.003", "line 30: needs must contain only depth"),
         ("depth = 0.003", "depth = nan", "line 30: depth is nan"),
+        ("percent = 5\n", "percent = 5\nat_most = 9.0\n", "line 28: expect excludes at_least"),
+        ("percent = 5\n", "percent = 5\ntolerance = 9.0\n", "line 29: a check must have either tolerance"),
+        ('expect = "stiffness"\npercent = 5', "at_most = 1\nat_least = 2", "line 29: at_least is 2, more"),
+        ('expect = "stiffness"', "expect = 0", "line 29: a percentage of zero is zero"),
+        ("percent = 5\n", "percent = 5\nwhere = {damping_mode = [0, 1]}\n", "line 30: Damping acts must be"),
+        ("percent = 5\n", 'percent = 5\nwhere = {stiffness = "300"}\n', "line 30: where is '300'"),
+        ("percent = 5\n", 'percent = 5\nwhere = {rate = "fast"}\n', "line 30: where is 'fast'"),
+        ("percent = 5\n", "percent = 5\nwhere = {estimator = [0, 1]}\n", "line 30: estimator is [0, 1]"),
+        ("percent = 5\n", 'percent = 5\nwhere = {estimator = "x"}\n', "line 30: The velocity estimator"),
         ("```question", "```quiz", "line 33: a block must be one of set, check"),
         ("tolerance = 5", "tolerance = 5\nhelp = 1", "line 38: the name 'help' is not known here"),
         ('over = "position"', 'over = "depth"', "line 41: over must be one of"),
@@ -127,6 +136,32 @@ def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, text):
         lesson_of(tmp_path, GOOD.replace(old, new))
     assert str(caught.value).startswith("mine.md")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("value = 300\n", 'answer = "300"\n', "line 35: an answer needs options"),
+        ("value = 300\n", "", "line 36: a tolerance needs a value"),
+    ],
+)
+def test_a_question_that_would_never_be_judged_is_a_mistake(tmp_path, old, new, words):
+    assert words in refusal(tmp_path, GOOD.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        ([f"Row {n}" for n in range(51)], "a rubric may have at most 50 rows, not 51"),
+        (["Row", "Row"], "two rows of the rubric have the same text"),
+        ([f"Row {n}" for n in range(50)], ""),
+    ],
+)
+def test_a_rubric_fits_into_a_review(tmp_path, texts, words):
+    rows = ", ".join(f'{{text = "{text}", points = 2}}' for text in texts)
+    rubric = re.sub(r"(?ms)^rubric = .*?\]$", f"rubric = [{rows}]", GOOD, count=1)
+    assert rubric != GOOD
+    assert (words in refusal(tmp_path, rubric)) if words else refusal(tmp_path, rubric) == ""
 
 
 def test_html_in_a_lesson_stays_text(tmp_path):
