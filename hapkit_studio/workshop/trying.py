@@ -22,6 +22,8 @@ from hapkit_studio.workshop import functions, own, reading
 from hapkit_studio.workshop.source import Source
 
 CALLS = 10_000
+# processor time in s after which a slow law is called no more: a trial must end before its time-out
+CALLING_SECONDS = 2.0
 PERIODS = (1e-3, 1e-4, 1e-2)
 FAR, FAST, QUANTUM = 0.06, 3.0, nominal.QUANTUM
 POSITIONS = (0.005, -0.005, 0.03, -0.03, FAR, -FAR)
@@ -224,8 +226,9 @@ def _first_line(function: Callable) -> int:
 
 
 def _try_law(environment: Environment) -> TrialResult:
-    """Call the law at extreme values; raise LawError if it returns no force."""
+    """Call the law at extreme values for up to CALLING_SECONDS; raise LawError if it returns no force."""
     law, costs, calls, pushes = environment.force.compiled(), [], 0, False
+    start = time.process_time()
     for sequence in sequences(environment):
         p = np.array([sequence.values[q.key] for q in environment.parameters] + [0.0])
         state, fault = own.law_memory(law)
@@ -237,6 +240,8 @@ def _try_law(environment: Environment) -> TrialResult:
             raise LawError(_text(environment, sequence, wrong, int(fault[0])), int(fault[1]))
         calls += len(force)
         pushes = pushes or bool(force.any())
+        if time.process_time() - start > CALLING_SECONDS:
+            break
     cost = float(np.median(costs))  # the median is robust against other load on the computer
     return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks(environment))
 

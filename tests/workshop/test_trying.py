@@ -48,6 +48,15 @@ def test_a_guarded_law_passes(tmp_path):
     assert verdict.ns_per_call > 0.0
 
 
+def test_a_slow_law_passes_after_fewer_calls(tmp_path, monkeypatch):
+    """All calls of a law of 1.3 ms take 17 s, and a trial that exceeds its time-out rejects the file."""
+    monkeypatch.setattr(trying, "CALLING_SECONDS", 0.0)
+    body = "total = 0.0\nfor i in range(1000):\n    total += math.sin(total + i)\nreturn total"
+    verdict = trying.try_out(saved(tmp_path, text(body)))
+    assert verdict.problems == ()
+    assert 0 < verdict.calls < 1000
+
+
 # columns: further arguments of Environment, line of the error, message
 FUNCTIONS = [
     ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
