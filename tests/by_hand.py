@@ -136,7 +136,7 @@ def feel(person: Person) -> dict[str, object]:
     person.key("space")
     person.key("r")
     person.wait(lambda: window.studio.recording.newest is not None)
-    return {"slopes": slopes, "held": len(window.centre.held.traces)}
+    return {"slopes": slopes, "held": len(window.centre.kept_curves.curves)}
 
 
 def export(person: Person, path: Path) -> None:

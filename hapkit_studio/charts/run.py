@@ -33,8 +33,8 @@ Mark = tuple[float, str]
 
 
 @dataclass(frozen=True)
-class Past:
-    """An earlier trace for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
+class KeptCurve:
+    """A kept curve for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
 
     label: str
     time: np.ndarray
@@ -49,7 +49,7 @@ def run_figure(
     run: Any,
     path: str | Path,
     marks: Sequence[Mark] = (),
-    past: Sequence[Past] = (),
+    kept_curves: Sequence[KeptCurve] = (),
     known: Known = MappingProxyType({}),
     over: str = "",
 ) -> None:
@@ -60,7 +60,7 @@ def run_figure(
     start and each change with its time.
     """
     text = caption(run.log, known, run.date)
-    save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=text)
+    save(lambda figure, c: draw(figure, c, run, marks, kept_curves, known, over), path, _SIZE, caption=text)
 
 
 def draw(
@@ -68,13 +68,13 @@ def draw(
     c: Colors,
     run: Any,
     marks: Sequence[Mark] = (),
-    past: Sequence[Past] = (),
+    kept_curves: Sequence[KeptCurve] = (),
     known: Known = MappingProxyType({}),
     over: str = "",
 ) -> None:
     """Draw three quantities over time and force over ``over``, like ``run_figure``.
 
-    Earlier traces are drawn behind the run. The law's curve and the force limit are those at the end of the
+    The kept curves are drawn behind the run. The law's curve and the force limit are those at the end of the
     run.
     """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
@@ -82,12 +82,12 @@ def draw(
     loop = figure.add_subplot(grid[:, 1])
     found = environment_of(run.log[-1][1], known)
     over = over or _curve_quantity(found)
-    for was in past:
-        line_style = {"color": getattr(c, was.token), "dashes": was.dash}
-        upper.plot(was.time, 1e3 * was.position, label=was.label, **line_style)
-        middle.plot(was.time, 1e3 * was.velocity, **line_style)
-        lower.plot(was.time, was.force, **line_style)
-        loop.plot(1e3 * getattr(was, over), was.force, **line_style)
+    for curve in kept_curves:
+        line_style = {"color": getattr(c, curve.token), "dashes": curve.dash}
+        upper.plot(curve.time, 1e3 * curve.position, label=curve.label, **line_style)
+        middle.plot(curve.time, 1e3 * curve.velocity, **line_style)
+        lower.plot(curve.time, curve.force, **line_style)
+        loop.plot(1e3 * getattr(curve, over), curve.force, **line_style)
     for name, place in run.moves.items():
         upper.plot(run.time, 1e3 * place, color=c.objline, dashes=(4, 2.5), label=name)
     upper.plot(run.time, 1e3 * run.position, color=c.position, label="handle")
@@ -111,7 +111,7 @@ def draw(
         _draw_limit(axes, c, limit)
     _write_marks(upper, c, marks, begin, end)
     legend(lower, c)
-    if past or run.moves:
+    if kept_curves or run.moves:
         legend(upper, c)
 
 

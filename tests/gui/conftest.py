@@ -115,7 +115,7 @@ def shared_window(dressed):
 
 
 @pytest.fixture
-def kept_idle_window(shared_window) -> MainWindow:
+def reset_idle_window(shared_window) -> MainWindow:
     """Return the file's shared window without a device, in its initial state."""
     put_back(shared_window)
     return shared_window
@@ -145,7 +145,7 @@ def running_window(dressed):
 
 
 @pytest.fixture
-def kept_window(running_window) -> MainWindow:
+def reset_window(running_window) -> MainWindow:
     """Return the file's shared running window, in its initial state."""
     put_back(running_window)
     return running_window

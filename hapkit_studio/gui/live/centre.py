@@ -5,7 +5,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.formatting import compact
-from hapkit_studio.gui.live.held import HeldList, HeldTraces
+from hapkit_studio.gui.live.kept_curves import KeptCurveList, KeptCurves
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
@@ -51,7 +51,7 @@ def _flat(icon: str, tip: str) -> QPushButton:
 
 
 class Toolbar(QWidget):
-    """The time plots' toolbar: time window, cursors, held traces, fit, release of the simulated hand."""
+    """The time plots' toolbar: time window, cursors, kept curves, fit, release of the simulated hand."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -64,16 +64,16 @@ class Toolbar(QWidget):
         self.views.show_index(0)
         self.cursors = _flat("cursors", "Measure between two moments: drag the cursors A and B (keys A, B)")
         self.cursors.setCheckable(True)
-        self.hold = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
+        self.keep = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
         self.release = _flat("hand", "Release the simulated handle where it is now, with zero speed (L)")
         self.fit = _flat("fit", "Fit the axes to the data and to the nearest object (F)")
         self._names = {self.fit: "Fit axes", self.release: "Release handle"}
-        self._names |= {self.cursors: "Cursors", self.hold: "Keep curves"}
+        self._names |= {self.cursors: "Cursors", self.keep: "Keep curves"}
         for button, name in self._names.items():
             button.setAccessibleName(name)
         self._hand = True
         self.set_narrow(False)
-        left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
+        left, right = (self.span, self.views, self.cursors, self.keep), (self.release, self.fit)
         hbox(*left, None, *right, into=self, margins=(8, 5, 4, 5), gap=1)
 
     def set_narrow(self, narrow: bool) -> None:
@@ -91,7 +91,7 @@ class Toolbar(QWidget):
 
     def _fit_buttons(self) -> None:
         """Show all labels if they fit, otherwise icons; if these do not fit, hide less important buttons."""
-        extra, used = (self.hold, self.release), self.layout()
+        extra, used = (self.keep, self.release), self.layout()
         for labelled, more in ((True, True), (False, True), (False, False)):
             for button, name in self._names.items():
                 button.setText(name if labelled else "")
@@ -132,8 +132,10 @@ class Centre(QWidget):
         line.setFixedHeight(1)
         self.scene_card, self.columns = card(self.rows, self.scene), QSplitter(self.rows)
         self.phase_card = card(self.columns, self.phase)
-        self.held = HeldTraces(self)
-        self.time_card = card(self.columns, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
+        self.kept_curves = KeptCurves(self)
+        self.time_card = card(
+            self.columns, self.toolbar, line, KeptCurveList(self.kept_curves), self.stack, edge=_EDGE
+        )
         self._line, self.values_card = line, card(self.columns)
         self._narrow, self._settings, self._projected = False, settings, False
         self._page: QWidget | None = None
@@ -148,7 +150,7 @@ class Centre(QWidget):
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
         for plots in (self.time, self.phase.canvas):
-            self.held.changed.connect(plots.set_held)
+            self.kept_curves.changed.connect(plots.set_kept_curves)
         self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on))
         self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))
         self.toolbar.span.activated.connect(lambda index: self.view.set_span(SPANS[index]))

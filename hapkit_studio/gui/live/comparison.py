@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, Qt, QTimer
 
 from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.dynamics.loop_settings import BOARD, RENDERERS
-from hapkit_studio.gui.live.held import PastTrace
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.kept_curves import KeptCurve
 from hapkit_studio.gui.live.live import FRAME_MS, Live
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.state.studio import Studio
@@ -62,7 +62,7 @@ class RenderingComparison(QObject):
         self._rendered_by = self._home = RENDERERS[0]
         self._began = time.perf_counter()
         self._compared = False
-        self._held: PastTrace | None = None
+        self._kept: KeptCurve | None = None
         self._left: list[str] = []
         self._parts: list[Part] = []
         self._hand = movement(())
@@ -166,13 +166,13 @@ class RenderingComparison(QObject):
         self._began = now
 
     def _hold(self, part: Part, shift: float | None = None) -> None:
-        """Replace the held trace by this interval.
+        """Replace the kept curve by this interval.
 
         The interval is shown at the right edge, or shifted by ``shift`` s.
         """
         self._drop()
         stretch = part.start, part.stop
-        self._held = self._centre.held.hold(self._live.history, stretch, f"on the {part.where}", shift)
+        self._kept = self._centre.kept_curves.keep(self._live.history, stretch, f"on the {part.where}", shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
         """Overlay the plots of both intervals and show by how much the forces differ."""
@@ -187,7 +187,7 @@ class RenderingComparison(QObject):
         self._compared &= paused
 
     def _drop(self) -> None:
-        self._centre.held.drop(self._held)
+        self._centre.kept_curves.drop(self._kept)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False

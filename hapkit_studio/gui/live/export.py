@@ -28,7 +28,7 @@ from hapkit_studio.settings_log import Log
 
 if TYPE_CHECKING:
     from hapkit_studio.api import Run
-    from hapkit_studio.charts.run import Past
+    from hapkit_studio.charts.run import KeptCurve
     from hapkit_studio.gui.live.centre import Centre
     from hapkit_studio.gui.state.studio import Studio
 
@@ -161,9 +161,13 @@ class LiveExport(QObject):
             began = datetime.now() - timedelta(seconds=time.perf_counter() - begin)
             date = began.isoformat(" ", "minutes")
         run, clean = (self._run(part, begin, log, date) for part in (window, table))
-        past, known, phase = self._past(begin), dict(self._studio.environments), self._centre.phase
+        kept_curves, known, phase = (
+            self._kept_curves(begin),
+            dict(self._studio.environments),
+            self._centre.phase,
+        )
         over = phase.canvas.plot_of.channel if phase.pane is None else ""
-        return run, clean, lambda path: run_figure(run, path, marks, past, known, over)
+        return run, clean, lambda path: run_figure(run, path, marks, kept_curves, known, over)
 
     def _run(self, window: Window, zero: float, log: Log, date: str) -> "Run":
         """Return a window's samples as a Run; signals that the history does not store are NaN."""
@@ -193,22 +197,22 @@ class LiveExport(QObject):
             date=date,
         )
 
-    def _past(self, begin: float) -> "list[Past]":
-        """Return the held traces as the plots show them."""
-        from hapkit_studio.charts.run import Past
+    def _kept_curves(self, begin: float) -> "list[KeptCurve]":
+        """Return the kept curves as the plots show them."""
+        from hapkit_studio.charts.run import KeptCurve
 
         shown = self._centre.time.shown
         return [
-            Past(
-                held.name,
-                held.time - begin + (shown.zero if held.pinned else 0.0),
-                held.values["position"],
-                held.values["velocity"],
-                held.values["applied_force"],
-                held.style.token,
-                [length / 2.0 for length in held.style.dash],
+            KeptCurve(
+                curve.name,
+                curve.time - begin + (shown.zero if curve.pinned else 0.0),
+                curve.values["position"],
+                curve.values["velocity"],
+                curve.values["applied_force"],
+                curve.style.token,
+                [length / 2.0 for length in curve.style.dash],
             )
-            for held in shown.held
+            for curve in shown.kept_curves
         ]
 
 

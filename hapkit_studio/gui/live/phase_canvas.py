@@ -12,8 +12,8 @@ from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 from hapkit_studio.analysis.felt import Cycle, as_felt, last_cycle
 from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.analysis.theory import Curve, sampled
-from hapkit_studio.gui.live.held import PastTrace, paint_past
 from hapkit_studio.gui.live.history import Window
+from hapkit_studio.gui.live.kept_curves import KeptCurve, paint_kept_curve
 from hapkit_studio.gui.live.plots.declared import PhasePlot, landmarks
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.widgets import strokes
@@ -155,7 +155,7 @@ class PhaseCanvas(Canvas):
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
-        self._held: tuple[PastTrace, ...] = ()
+        self._kept_curves: tuple[KeptCurve, ...] = ()
         self._line: Line | None = None
         self.delay: float | None = None
         self._delay_since = -math.inf
@@ -171,11 +171,11 @@ class PhaseCanvas(Canvas):
         self.recolor()
         self._under = None
 
-    def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held traces behind the live data."""
-        self._held = held
-        for past in held:
-            self._widen(*self._past(past))
+    def set_kept_curves(self, curves: tuple[KeptCurve, ...]) -> None:
+        """Show these kept curves behind the live data."""
+        self._kept_curves = curves
+        for curve in curves:
+            self._widen(*self._kept_points(curve))
         self._repaint()
 
     def set_felt(self, felt: bool, delay: float | None) -> None:
@@ -297,11 +297,11 @@ class PhaseCanvas(Canvas):
             x, force = as_felt(window.x, x, force, self.delay)
         return x * self.plot_of.scale, force
 
-    def _past(self, past: PastTrace) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of a held trace."""
-        if self._shows_felt and past.felt is not None:
-            return past.felt[0] * self.plot_of.scale, past.felt[1]
-        return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied_force"]
+    def _kept_points(self, curve: KeptCurve) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of a kept curve."""
+        if self._shows_felt and curve.felt is not None:
+            return curve.felt[0] * self.plot_of.scale, curve.felt[1]
+        return curve.values[self.plot_of.channel] * self.plot_of.scale, curve.values["applied_force"]
 
     def _state(self) -> tuple:
         """Return the cache key of the picture with the older seconds."""
@@ -361,7 +361,7 @@ class PhaseCanvas(Canvas):
         painter.setOpacity(1.0)
 
     def _paint_old(self, box: QRectF) -> QPixmap:
-        """Return the cached picture with background, theory, limits, held traces and the older seconds."""
+        """Return the cached picture with background, theory, limits, kept curves and the older seconds."""
         ratio = self.devicePixelRatioF()
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
@@ -372,8 +372,8 @@ class PhaseCanvas(Canvas):
         self._band_in_sight(box).paint(painter, self.to_pixels)
         for limit in (self.max_force, -self.max_force):
             self._paint_limit(painter, box, limit)
-        for past in self._held:
-            paint_past(painter, *self.to_pixels(*self._past(past)), past.style)
+        for curve in self._kept_curves:
+            paint_kept_curve(painter, *self.to_pixels(*self._kept_points(curve)), curve.style)
         if not math.isnan(self._now):
             self._paint_older(painter)
         painter.end()

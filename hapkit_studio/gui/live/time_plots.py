@@ -13,8 +13,8 @@ from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import hertz, on_screen
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
-from hapkit_studio.gui.live.held import PastTrace, paint_past
 from hapkit_studio.gui.live.history import Window
+from hapkit_studio.gui.live.kept_curves import KeptCurve, paint_kept_curve
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import OBJECT, TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
@@ -76,7 +76,7 @@ class PlotState:
     surface: float | None = None
     max_force: float = np.inf
     stale: bool = False
-    held: tuple[PastTrace, ...] = ()
+    kept_curves: tuple[KeptCurve, ...] = ()
     pointer: float | None = None
     pointed: dict[str, float] | None = None
     cursors: list[float] = field(default_factory=list)
@@ -109,11 +109,11 @@ class TraceCanvas(Canvas):
         self._opened = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self) -> tuple[float, float]:
-        """Return the minimum and maximum of the window and the held traces; NaN without data."""
+        """Return the minimum and maximum of the window and the kept curves; NaN without data."""
         window, traces = self.shown.window, self.plot_of.traces
         parts = [window.y[trace.channel] for trace in traces if len(window.x)]
         channel = traces[-1].channel
-        parts += [held.values[channel] for held in self.shown.held if channel in held.values]
+        parts += [curve.values[channel] for curve in self.shown.kept_curves if channel in curve.values]
         if not parts:
             return np.nan, np.nan
         low, high = np.fmin.reduce(np.concatenate(parts)), np.fmax.reduce(np.concatenate(parts))
@@ -173,7 +173,7 @@ class TraceCanvas(Canvas):
                 painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint limit, surface, trigger level, dividers and held traces, then the live traces on top."""
+        """Paint limit, surface, trigger level, dividers and kept curves, then the live traces on top."""
         levels: list[tuple[float, str, list[float]]] = []
         if self.plot_of.limits and np.isfinite(self.shown.max_force):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
@@ -188,7 +188,7 @@ class TraceCanvas(Canvas):
             # paint on a pixel's centre to get one sharp column of pixels instead of two paler ones
             x = math.floor(self.pixel(time, 0.0).x()) + 0.5
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
-        self._held(painter)
+        self._paint_kept_curves(painter)
         if len(self.shown.window.x):
             self._traces(painter, box)
         painter.setPen(QPen(theme.color("ink2"), 1))
@@ -310,15 +310,15 @@ class TraceCanvas(Canvas):
             super().mouseReleaseEvent(event)
         self._dragged = None
 
-    def _held(self, painter: QPainter) -> None:
+    def _paint_kept_curves(self, painter: QPainter) -> None:
         channel = self.plot_of.traces[-1].channel
-        for past in self.shown.held:
-            if channel in past.values:
+        for curve in self.shown.kept_curves:
+            if channel in curve.values:
                 # while the view follows the newest sample, a pinned trace ends there
-                ends = past.time[-1] if self.shown.view.follows else 0.0
-                time = past.time - (ends if past.pinned else self.shown.zero)
-                line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
-                paint_past(painter, *line, past.style)
+                ends = curve.time[-1] if self.shown.view.follows else 0.0
+                time = curve.time - (ends if curve.pinned else self.shown.zero)
+                line = self.to_pixels(time, curve.values[channel] * self.plot_of.scale)
+                paint_kept_curve(painter, *line, curve.style)
 
     def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
@@ -438,9 +438,9 @@ class TimePlots(QWidget):
             name = "" if self.shown.surface is None else environment.title.lower()
             header.show_part(header.surface, name)
 
-    def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held traces below the live traces."""
-        self.shown.held = held
+    def set_kept_curves(self, curves: tuple[KeptCurve, ...]) -> None:
+        """Show these kept curves below the live traces."""
+        self.shown.kept_curves = curves
         self.refresh()
 
     def show_oscillation(self, found: Oscillation | None) -> None:

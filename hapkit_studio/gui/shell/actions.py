@@ -269,7 +269,7 @@ _PLOTS = (
     ),
     Action("view.cursor_a", "Put cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Put cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Keep the curves", lambda w: w.display.hold_traces(), "H", enabled=_shows_values),
+    Action("view.hold", "Keep the curves", lambda w: w.display.keep_curves(), "H", enabled=_shows_values),
     Action("view.hold_file", "Compare with a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
     Action(
         "view.live",

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 
 from hapkit_studio.analysis import oscillation
-from hapkit_studio.gui.live import held
+from hapkit_studio.gui.live import kept_curves
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.history import Samples, highest_speed
 from hapkit_studio.gui.live.live import HISTORY_SECONDS, Live
@@ -74,7 +74,7 @@ class LiveDisplay(QObject):
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
-        centre.toolbar.hold.clicked.connect(self.hold_traces)
+        centre.toolbar.keep.clicked.connect(self.keep_curves)
         for plots in (centre.time, *centre.phase.beside):
             plots.back_pressed.connect(self.go_live)
         studio.environment_changed.connect(self.show_environment)
@@ -155,17 +155,24 @@ class LiveDisplay(QObject):
         last = self._live.last
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
-    def hold_traces(self) -> None:
+    def keep_curves(self) -> None:
         """Hold the plotted traces of the current environment; their name describes the settings."""
-        view, text = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
+        view, text = (
+            self._centre.view,
+            kept_curves.settings_name(self._studio.environment, self._studio.values),
+        )
         start, stop = view.stretch
-        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), text, zero=view.zero)
+        self._centre.kept_curves.keep(
+            view.history, (max(start, view.history.begin), stop), text, zero=view.zero
+        )
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
         """Hold the last part of a recording from a file, at most as long as the longest time window."""
         time = recording.time
         history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
-        self._centre.held.hold(history, (max(time[0], time[-1] - HISTORY_SECONDS), time[-1]), path.name)
+        self._centre.kept_curves.keep(
+            history, (max(time[0], time[-1] - HISTORY_SECONDS), time[-1]), path.name
+        )
 
     def go_live(self) -> None:
         """Return to live data and disarm the trigger."""
@@ -207,13 +214,13 @@ class LiveDisplay(QObject):
                 self._show_oscillation()
 
     def _show_delay(self) -> None:
-        """Pass the delay with which the shown samples were rendered to the force plot and the held traces."""
+        """Pass the delay with which the shown samples were rendered to the force plot and the kept curves."""
         delay = self._measured_delay
         if self._live.replaying:
             recorded = self._replay.settings.get("delay_s")
             delay = float(recorded) if isinstance(recorded, int | float) else None
         self._centre.phase.set_delay(delay)
-        self._centre.held.delay = delay
+        self._centre.kept_curves.delay = delay
 
     def _show_oscillation(self) -> None:
         history = self._centre.view.history
@@ -225,8 +232,8 @@ class LiveDisplay(QObject):
         environment, values = self._studio.environment, self._studio.values
         left_out = self._studio.permissions.left_out
         self._centre.phase.hide_theory(bool(self._studio.hidden) or "theory" in left_out)
-        # a held trace is named after its settings, and this name would reveal hidden settings
-        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)
+        # a kept curve is named after its settings, and this name would reveal hidden settings
+        self._centre.toolbar.keep.setEnabled(not self._studio.hidden)
         self._centre.scene.show_force(self._studio.hidden not in BARE_SCENE)
         if self._studio.hidden in BARE_SCENE:
             environment, values = self._studio.environments["free"], {}

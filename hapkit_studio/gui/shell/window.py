@@ -338,7 +338,7 @@ class MainWindow(QMainWindow):
         about_dialog(self).show()
 
     def _hold_recording(self, recording: "Recording", path: Path) -> None:
-        """Show a recording from a file as held traces in the Live view."""
+        """Show a recording from a file as kept curves in the Live view."""
         self.views.show(LIVE)
         self.display.hold_recording(recording, path)
 

@@ -10,9 +10,9 @@ from tests.gui.live.plot_support import RATE, telemetry
 
 
 @pytest.fixture
-def noted(kept_window):
+def noted(reset_window):
     """Return the window's studio, undo and history; only the test feeds samples."""
-    window = kept_window
+    window = reset_window
     window.live.tick()
     window.live.history.clear()
     return window.studio, window.history, window.live

@@ -197,21 +197,21 @@ def test_no_alarm_while_the_controller_dissipates_the_excess(alarm):
 
 
 @pytest.mark.slow
-def test_a_scene_that_moves_the_handle_says_so_instead(kept_window):
-    label = kept_window.stability.drives
-    kept_window.studio.choose("cat")
+def test_a_scene_that_moves_the_handle_says_so_instead(reset_window):
+    label = reset_window.stability.drives
+    reset_window.studio.choose("cat")
     assert label.text() == "The purr and the paw move the handle by themselves."
-    assert label.isVisibleTo(kept_window)
-    kept_window.studio.choose("wall")
-    assert not label.isVisibleTo(kept_window)
+    assert label.isVisibleTo(reset_window)
+    reset_window.studio.choose("wall")
+    assert not label.isVisibleTo(reset_window)
 
 
 # --- the switch in the running window
 
 
 @pytest.mark.slow
-def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(kept_window, qtbot):
-    window, studio = kept_window, kept_window.studio
+def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(reset_window, qtbot):
+    window, studio = reset_window, reset_window.studio
     studio.choose("spring")
     studio.set_value("stiffness", 1900.0)
     studio.set_loop(delay=1e-3)

@@ -29,9 +29,9 @@ COLUMNS = {
 
 
 @pytest.fixture
-def fed(kept_window):
+def fed(reset_window):
     """Return the window with 5 s of known samples, and a copy of the samples."""
-    window = kept_window
+    window = reset_window
     window.live.tick()
     window.live.history.clear()
     table = telemetry(5000, start=7)

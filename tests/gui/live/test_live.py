@@ -35,9 +35,9 @@ def health(**changes):
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return a window with a running simulated device."""
-    return kept_window
+    return reset_window
 
 
 @pytest.fixture
@@ -242,10 +242,10 @@ def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
     assert before.y["force"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
     assert after.y["force"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
-    window.display.hold_traces()  # this trace is named after the spring, and has no sample of the wall
-    ((place, held),) = window.centre.held.traces.items()
-    window.centre.held.remove(place)
-    assert live.history.now + held.time[0] == pytest.approx(live.history.begin, abs=2e-3)
+    window.display.keep_curves()  # this trace is named after the spring, and has no sample of the wall
+    ((place, curve),) = window.centre.kept_curves.curves.items()
+    window.centre.kept_curves.remove(place)
+    assert live.history.now + curve.time[0] == pytest.approx(live.history.begin, abs=2e-3)
 
 
 def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):

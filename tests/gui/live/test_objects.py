@@ -25,8 +25,8 @@ def test_the_history_stores_the_objects_position_and_nan_without_an_object():
 
 
 @pytest.mark.slow
-def test_the_stored_position_follows_the_current_environments_state(kept_window, qtbot):
-    window = kept_window
+def test_the_stored_position_follows_the_current_environments_state(reset_window, qtbot):
+    window = reset_window
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
     live.tick()

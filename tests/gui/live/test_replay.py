@@ -66,9 +66,9 @@ def opened(window, qtbot, path):
 
 
 @pytest.fixture
-def replay(kept_idle_window, qtbot, home):
+def replay(reset_idle_window, qtbot, home):
     """Return the replay of a session, at its beginning, in this test file's window."""
-    window = kept_idle_window
+    window = reset_idle_window
     window.replay._clock = Clock()
     shown = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
     shown.settle()
@@ -83,8 +83,8 @@ def pass_time(replay, seconds):
 
 
 @pytest.mark.slow
-def test_a_replay_has_its_speed_pauses_at_the_end_and_restarts(replay, kept_idle_window):
-    live = kept_idle_window.live
+def test_a_replay_has_its_speed_pauses_at_the_end_and_restarts(replay, reset_idle_window):
+    live = reset_idle_window.live
     for speed, passed, stands in ((1.0, 0.25, 0.25), (2.0, 0.4, 1.05), (0.1, 1.0, 1.15), (8.0, 0.2, 2.75)):
         replay.set_speed(speed)
         pass_time(replay, passed)
@@ -100,9 +100,9 @@ def test_a_replay_has_its_speed_pauses_at_the_end_and_restarts(replay, kept_idle
     replay.set_speed(1.0)
 
 
-def test_while_dragging_plots_show_blocks_and_then_samples(replay, kept_idle_window):
+def test_while_dragging_plots_show_blocks_and_then_samples(replay, reset_idle_window):
     """No samples are read while dragging, and the replay does not advance."""
-    time, phase = kept_idle_window.centre.time, kept_idle_window.centre.phase.canvas
+    time, phase = reset_idle_window.centre.time, reset_idle_window.centre.phase.canvas
     replay.history._read_chunks = 0, 0
     replay.seek(2.5)
     pass_time(replay, 0.3)
@@ -122,37 +122,37 @@ def test_while_dragging_plots_show_blocks_and_then_samples(replay, kept_idle_win
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stop", [1e308, None, -1.0, 9e8, math.inf])
-def test_a_session_with_an_absurd_end_is_refused_with_a_reason(kept_idle_window, qtbot, home, stop):
+def test_a_session_with_an_absurd_end_is_refused_with_a_reason(reset_idle_window, qtbot, home, stop):
     path = write(home / "a.hapkit", WALL)
     for row in range(1, 11):
         set_value(path, "chunk", row, "stop", stop)
-    replay = opened(kept_idle_window, qtbot, path)
+    replay = opened(reset_idle_window, qtbot, path)
     assert replay.history is None
-    text = kept_idle_window.banners.get("replay").text
+    text = reset_idle_window.banners.get("replay").text
     assert text.startswith("a.hapkit has no readable samples. chunk 1: stop is ")
-    kept_idle_window.banners.set("replay", None)
+    reset_idle_window.banners.set("replay", None)
 
 
-def test_a_chunk_with_an_absurd_end_is_left_out_of_a_replay(kept_idle_window, qtbot, home):
+def test_a_chunk_with_an_absurd_end_is_left_out_of_a_replay(reset_idle_window, qtbot, home):
     path = write(home / "a.hapkit", WALL)
     set_value(path, "chunk", 10, "stop", 1e308)
-    replay = opened(kept_idle_window, qtbot, path)
+    replay = opened(reset_idle_window, qtbot, path)
     assert replay.seconds == pytest.approx(0.9 * SECONDS - 1e-3)
     replay.close()
 
 
 @pytest.mark.slow
-def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
+def test_a_session_without_force_is_drawn(reset_idle_window, qtbot, home):
     """The force limit of the session is 0.0 or -0.0."""
-    kept_idle_window.replay._clock = Clock()
+    reset_idle_window.replay._clock = Clock()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for limit in (0.0, -0.0):
             settings = {**WALL, "max_force_N": limit}
-            replay = opened(kept_idle_window, qtbot, write(home / f"{limit}.hapkit", settings))
-            shown_everywhere(kept_idle_window, replay)
+            replay = opened(reset_idle_window, qtbot, write(home / f"{limit}.hapkit", settings))
+            shown_everywhere(reset_idle_window, replay)
             replay.close()
-    kept_idle_window.history.forget()
+    reset_idle_window.history.forget()
 
 
 def shown_everywhere(window, replay):
@@ -173,9 +173,9 @@ def shown_everywhere(window, replay):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 150), marks=pytest.mark.slow)])
-def test_sessions_with_one_corrupted_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
+def test_sessions_with_one_corrupted_value_are_replayed_or_refused(reset_idle_window, qtbot, home, seeds):
     """An exception in a slot fails the test."""
-    window = kept_idle_window
+    window = reset_idle_window
     window.replay._clock = Clock()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -189,8 +189,8 @@ def test_sessions_with_one_corrupted_value_are_replayed_or_refused(kept_idle_win
     window.history.forget()
 
 
-def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept_idle_window):
-    window = kept_idle_window
+def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, reset_idle_window):
+    window = reset_idle_window
     assert window.views.key == "live"
     assert window.replay_bar.isVisible()
     # times in s: forwards, then backwards; the replay first runs and is then paused
@@ -211,13 +211,13 @@ def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept
     for index, after in enumerate((1.0005, 2.0005)):
         cursors.move(index, START + after)
     assert len(cursors.between()["time"]) == 1001
-    window.display.hold_traces()
-    assert len(window.centre.held.traces) == 1
-    window.centre.held.remove(0)
+    window.display.keep_curves()
+    assert len(window.centre.kept_curves.curves) == 1
+    window.centre.kept_curves.remove(0)
 
 
-def test_recorded_settings_are_active_during_the_replay_and_restored_afterwards(replay, kept_idle_window):
-    studio, window = kept_idle_window.studio, kept_idle_window
+def test_recorded_settings_are_active_during_the_replay_and_restored_afterwards(replay, reset_idle_window):
+    studio, window = reset_idle_window.studio, reset_idle_window
     assert (studio.environment.key, studio.values["stiffness"], studio.values["side"]) == ("wall", 700.0, 1.0)
     assert (studio.loop.delay, studio.loop.method, studio.loop.controller) == (0.004, "iir", True)
     assert (studio.loop.options, studio.grip) == ({"cutoff": 20.0}, "firm")
@@ -235,18 +235,18 @@ def test_recorded_settings_are_active_during_the_replay_and_restored_afterwards(
     assert studio.stop_state.restored
 
 
-def test_changing_a_setting_ends_the_replay_and_is_one_undo_step(replay, kept_idle_window, qtbot):
-    studio, stack = kept_idle_window.studio, kept_idle_window.history.stack
+def test_changing_a_setting_ends_the_replay_and_is_one_undo_step(replay, reset_idle_window, qtbot):
+    studio, stack = reset_idle_window.studio, reset_idle_window.history.stack
     studio.set_value("damping", 3.0)
     qtbot.waitUntil(lambda: replay.history is None)
     assert studio.values == studio.environment.values({"damping": 3.0})
     assert stack.count() == 1
-    kept_idle_window.history.undo()
+    reset_idle_window.history.undo()
     assert studio.values == studio.environment.values()
 
 
-def test_the_scene_is_visible_while_a_device_is_prepared(replay, kept_idle_window, monkeypatch):
-    window = kept_idle_window
+def test_the_scene_is_visible_while_a_device_is_prepared(replay, reset_idle_window, monkeypatch):
+    window = reset_idle_window
     with monkeypatch.context() as patched:
         patched.setattr(window.studio.device, "link", LinkStatus("preparing"))
         window.display.show_link()
@@ -256,8 +256,8 @@ def test_the_scene_is_visible_while_a_device_is_prepared(replay, kept_idle_windo
     window.display.show_link()
 
 
-def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
-    window = kept_idle_window
+def test_keys_step_and_a_press_on_the_line_seeks(replay, reset_idle_window):
+    window = reset_idle_window
     window.centre.scene.setFocus()
     replay.seek(1.0)
     for key, modifier, moved in (
@@ -279,8 +279,8 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
     assert replay.time == 0.0
 
 
-def test_a_missing_law_is_reported_and_the_plots_continue(kept_idle_window, qtbot, home):
-    window = kept_idle_window
+def test_a_missing_law_is_reported_and_the_plots_continue(reset_idle_window, qtbot, home):
+    window = reset_idle_window
     replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
     assert window.replay_bar.label.text().startswith("The environment my_lost_law is not installed")
     assert window.studio.environment.key == "wall"
@@ -291,8 +291,8 @@ def test_a_missing_law_is_reported_and_the_plots_continue(kept_idle_window, qtbo
     replay.close()
 
 
-def test_an_invalid_file_gives_a_reason_and_changes_nothing(kept_idle_window, qtbot, home):
-    window = kept_idle_window
+def test_an_invalid_file_gives_a_reason_and_changes_nothing(reset_idle_window, qtbot, home):
+    window = reset_idle_window
     (home / "c.hapkit").write_text("a letter")
     opened(window, qtbot, home / "c.hapkit")
     assert window.replay.history is None
@@ -354,8 +354,8 @@ def test_pressing_render_during_a_replay_ends_it(board_window, qtbot, home):
     assert studio.values == studio.environment.values()
 
 
-def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, kept_idle_window):
-    window, view = kept_idle_window, kept_idle_window.centre.view
+def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, reset_idle_window):
+    window, view = reset_idle_window, reset_idle_window.centre.view
     axis = window.centre.time.canvases[-1].view
     for go in (lambda: replay.seek(2.0), lambda: replay.step(-1)):
         replay.seek(2.5)
@@ -378,10 +378,10 @@ def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, kept_idle_window)
     [("visible", 1.0004, 1.5004, SPRING), ("selected", 0.0995, 0.4005, WALL)],
 )
 def test_an_export_contains_the_session_samples_and_their_settings(
-    replay, kept_idle_window, home, monkeypatch, way, start, stop, then
+    replay, reset_idle_window, home, monkeypatch, way, start, stop, then
 ):
     """The spring is active from 0.5 s on. Each cursor is on a sample, which belongs to the exported range."""
-    window, saves = kept_idle_window, []
+    window, saves = reset_idle_window, []
     replay.seek(2.5004)
     replay.settle()
     window.centre.time.canvases[-1].view.setXRange(-1.5, -1.0, padding=0)
@@ -404,8 +404,8 @@ def test_an_export_contains_the_session_samples_and_their_settings(
     assert not [name for name in settings if " at " in name]
 
 
-def test_a_replay_adds_no_dividers_but_later_changes_by_the_user_do(replay, kept_idle_window, qtbot):
-    live, studio = kept_idle_window.live, kept_idle_window.studio
+def test_a_replay_adds_no_dividers_but_later_changes_by_the_user_do(replay, reset_idle_window, qtbot):
+    live, studio = reset_idle_window.live, reset_idle_window.studio
     live.history.append(np.zeros((1, rows.ROW_WIDTH)))
     live.history.dividers.clear()
     replay.seek(0.6)
@@ -417,8 +417,8 @@ def test_a_replay_adds_no_dividers_but_later_changes_by_the_user_do(replay, kept
     live.history.clear()
 
 
-def test_locked_settings_are_not_changed_and_the_plots_continue(kept_idle_window, qtbot, home):
-    window, studio = kept_idle_window, kept_idle_window.studio
+def test_locked_settings_are_not_changed_and_the_plots_continue(reset_idle_window, qtbot, home):
+    window, studio = reset_idle_window, reset_idle_window.studio
     studio.permissions.set_lock(Lock.closed([("environment",)], "1234"))
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
     assert studio.values["stiffness"] == 700.0
@@ -431,8 +431,8 @@ def test_locked_settings_are_not_changed_and_the_plots_continue(kept_idle_window
     assert studio.values == studio.environment.values()
 
 
-def test_replay_and_blind_comparison_exclude_each_other(kept_idle_window, qtbot, home):
-    window, studio = kept_idle_window, kept_idle_window.studio
+def test_replay_and_blind_comparison_exclude_each_other(reset_idle_window, qtbot, home):
+    window, studio = reset_idle_window, reset_idle_window.studio
     for stiffness in (300.0, 900.0):
         studio.set_value("stiffness", stiffness)
         window.two.step()
@@ -450,8 +450,8 @@ def test_replay_and_blind_comparison_exclude_each_other(kept_idle_window, qtbot,
     window.two.forget()
 
 
-def test_a_replay_ends_a_demo_and_restores_the_settings_before_it(kept_idle_window, qtbot, home, tmp_path):
-    window, studio = kept_idle_window, kept_idle_window.studio
+def test_a_replay_ends_a_demo_and_restores_the_settings_before_it(reset_idle_window, qtbot, home, tmp_path):
+    window, studio = reset_idle_window, reset_idle_window.studio
     before = settings_of(studio)
     window.play_demo(written(tmp_path))
     with studio.temporarily():

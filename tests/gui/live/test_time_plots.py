@@ -384,8 +384,8 @@ def test_the_pointer_readout_covers_no_divider_label(plots, monkeypatch, side):
         assert canvas.measure().contains(read_out)
 
 
-def test_g_shows_or_hides_the_grid(kept_idle_window):
-    window = kept_idle_window
+def test_g_shows_or_hides_the_grid(reset_idle_window):
+    window = reset_idle_window
     canvas = window.centre.time.canvases[0]
 
     def lines():

@@ -164,17 +164,17 @@ def test_a_held_trace_keeps_its_position_at_the_next_event(window, qtbot):
     trigger.set_value(AGAIN.key, AGAIN.check("repeated"))
     trigger.arm()
     come(view, trigger, 1.5)
-    window.display.hold_traces()
+    window.display.keep_curves()
     come(view, trigger, 3.5, start=1.5)
     window.centre.time.refresh()
-    (held,) = window.centre.held.traces.values()
+    (curve,) = window.centre.kept_curves.curves.values()
     now = view.history.between(*view.stretch)
     assert view.zero == pytest.approx(first_sample(TOUCHES + PERIOD))
-    seen = np.abs(held.time - 0.3) < 0.4
+    seen = np.abs(curve.time - 0.3) < 0.4
     assert np.count_nonzero(seen) > 700
-    there = np.interp(held.time[seen], now.x - view.zero, now.y["position"])
+    there = np.interp(curve.time[seen], now.x - view.zero, now.y["position"])
     # within the sampling period of 1 ms, the handle moves by at most 45 µm
-    assert held.values["position"][seen] == pytest.approx(there, abs=50e-6)
+    assert curve.values["position"][seen] == pytest.approx(there, abs=50e-6)
 
 
 def test_keys_arm_the_trigger_and_return_to_live_and_its_dialog_changes_it(window, qtbot):

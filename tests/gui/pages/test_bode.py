@@ -8,33 +8,33 @@ from hapkit_studio.gui.pages.bode import SIMULATION
 
 
 @pytest.fixture
-def page(kept_window):
+def page(reset_window):
     """Return the view with a wall of 300 N/m; nothing is measured automatically."""
-    kept_window.studio.choose("wall")
-    kept_window.studio.set_value("stiffness", 300.0)
-    shown = kept_window.views.page("bode")
+    reset_window.studio.choose("wall")
+    reset_window.studio.set_value("stiffness", 300.0)
+    shown = reset_window.views.page("bode")
     shown.begun.add("loop")
-    kept_window.views.show("bode")
+    reset_window.views.show("bode")
     shown.job._needs = ""
     shown.where.show_index(SIMULATION)
     return shown
 
 
 @pytest.mark.slow
-def test_the_current_scene_is_measured_and_out_of_date_after_a_change(page, kept_window, qtbot, tmp_path):
+def test_the_current_scene_is_measured_and_out_of_date_after_a_change(page, reset_window, qtbot, tmp_path):
     with qtbot.waitSignal(page.job.finished, timeout=20_000):
         page.bar.run.click()
     (curve,) = page.found.curves
     assert page.found.environment.key == "wall"
     assert page.found.values["stiffness"] == 300.0
-    assert curve.setting.rate == kept_window.studio.engine.loop.rate
+    assert curve.setting.rate == reset_window.studio.engine.loop.rate
     assert not page.chart.pale
     figure, numbers = page.exports()
     assert numbers()["curves"][0]["rate_Hz"] == curve.setting.rate
     assert write(tmp_path / "a.png", figure, numbers)
-    kept_window.studio.set_value("stiffness", 400.0)
+    reset_window.studio.set_value("stiffness", 400.0)
     assert page.chart.pale
-    kept_window.studio.set_value("stiffness", 300.0)
+    reset_window.studio.set_value("stiffness", 300.0)
     assert not page.chart.pale
 
 

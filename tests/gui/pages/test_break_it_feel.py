@@ -16,9 +16,9 @@ def state(studio):
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window with the running simulated device."""
-    return kept_window
+    return reset_window
 
 
 @pytest.fixture

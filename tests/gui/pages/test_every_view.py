@@ -14,8 +14,8 @@ PLACES = range(2, 9)  # digits of the views' shortcuts; Ctrl+1 shows Live, and C
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", VIEWS)
-def test_every_view_has_a_tab_a_menu_entry_and_a_key_if_one_is_free(kept_idle_window, key):
-    window, view, place = kept_idle_window, VIEWS[key], 2 + list(VIEWS).index(key)
+def test_every_view_has_a_tab_a_menu_entry_and_a_key_if_one_is_free(reset_idle_window, key):
+    window, view, place = reset_idle_window, VIEWS[key], 2 + list(VIEWS).index(key)
     action, tabs = window.actions_by_key.qt[f"view.tab.{key}"], window.header.tabs
     assert tabs.tabText(place - 1) == action.text() == view.title
     assert action.shortcut().toString() == (f"Ctrl+{place}" if place in PLACES else "")

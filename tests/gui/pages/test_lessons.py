@@ -81,10 +81,10 @@ text = "What did you feel?"
 
 
 @pytest.fixture
-def page(kept_window, home):
+def page(reset_window, home):
     """Return the list of lessons in a running window."""
-    kept_window.views.show("lessons")
-    found = kept_window.views.page("lessons")
+    reset_window.views.show("lessons")
+    found = reset_window.views.page("lessons")
     found.choose_folder("")
     yield found
     found.player.leave()
@@ -115,10 +115,10 @@ def move_until(window, qtbot, done):
 
 
 @pytest.mark.slow
-def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
+def test_every_lesson_has_a_row_that_opens_it(page, reset_window):
     assert list(page.rows) == list(library().lessons)
     assert page.isVisible()
-    assert not kept_window.gallery.isVisible()
+    assert not reset_window.gallery.isVisible()
     page.rows[WALL].click()
     assert page.player.lesson.key == WALL
     assert page.place.text() == "Step 1 of 5"
@@ -126,9 +126,9 @@ def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", wide(library().lessons, lambda key: key == WALL))
-def test_each_step_of_each_lesson_shows_its_scene(page, kept_window, key):
+def test_each_step_of_each_lesson_shows_its_scene(page, reset_window, key):
     page.open(key)
-    studio = kept_window.studio
+    studio = reset_window.studio
     for at, step in enumerate(page.player.lesson.steps):
         page.player.go(at)
         assert not differing(studio, scene_settings(step.scene))
@@ -152,8 +152,8 @@ def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
     assert not [text for text in texts if "<code" in text or "<b>no" in text]
 
 
-def test_locks_and_hidden_parts_of_a_step_end_with_it(small, kept_window):
-    window, studio = kept_window, kept_window.studio
+def test_locks_and_hidden_parts_of_a_step_end_with_it(small, reset_window):
+    window, studio = reset_window, reset_window.studio
     with pytest.raises(ParameterError, match="locked by the lesson"):
         studio.set_value("stiffness", 100.0)
     with pytest.raises(ParameterError, match="locked by the lesson"):
@@ -186,17 +186,17 @@ def test_formulas_follow_the_theme(small):
 
 
 @pytest.mark.slow
-def test_a_step_shows_the_plot_that_it_names(page, kept_window):
+def test_a_step_shows_the_plot_that_it_names(page, reset_window):
     """The friction lesson first shows force over velocity, the spring lesson force over position."""
-    phase = kept_window.centre.phase
+    phase = reset_window.centre.phase
     for key, channel in (("friction", "velocity"), ("virtual_spring", "position")):
         page.open(key)
         assert phase.plots[phase.switch.index].channel == channel
 
 
 @pytest.mark.slow
-def test_leaving_a_lesson_restores_everything(page, kept_window):
-    studio = kept_window.studio
+def test_leaving_a_lesson_restores_everything(page, reset_window):
+    studio = reset_window.studio
     studio.set_value("stiffness", 420.0)
     studio.set_loop(delay=0.003, hand="firm")
     before = settings_of(studio)
@@ -207,8 +207,8 @@ def test_leaving_a_lesson_restores_everything(page, kept_window):
     assert settings_of(studio) == before
     assert not studio.why_fixed("value", "wall", "damping")
     assert page.player.lesson is None
-    kept_window.views.show("live")
-    assert kept_window.gallery.isVisible()
+    reset_window.views.show("live")
+    assert reset_window.gallery.isVisible()
     assert not page.isVisible()
 
 
@@ -230,9 +230,9 @@ def test_answers_are_judged_in_a_sentence(small):
 
 
 @pytest.mark.slow
-def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot):
+def test_a_check_uses_live_data_and_marks_its_interval(small, reset_window, qtbot):
     """The task's text explains what is missing; the user does not have to press Record."""
-    window, task = kept_window, small.tasks["1.1"]
+    window, task = reset_window, small.tasks["1.1"]
     move_until(window, qtbot, lambda: "correct" in task.label.text())
     assert task.label.text().startswith("Distance moved: ")
     window.live.tick()
@@ -245,8 +245,8 @@ def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot
 
 
 @pytest.mark.slow
-def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window, qtbot):
-    window = kept_window
+def test_answers_step_and_checks_are_restored_after_a_restart(small, reset_window, qtbot):
+    window = reset_window
     small.tasks["1.2"].options[1].click()
     move_until(window, qtbot, lambda: "correct" in small.tasks["1.1"].label.text())
     small.go(1)
@@ -290,8 +290,8 @@ def test_a_folder_may_be_given_by_an_option(start_window, home):
 
 
 @pytest.mark.slow
-def test_next_and_back_have_keys(small, kept_window):
-    window = kept_window
+def test_next_and_back_have_keys(small, reset_window):
+    window = reset_window
     window.centre.scene.setFocus()
     alt = Qt.KeyboardModifier.AltModifier
     QTest.keyClick(window, Qt.Key.Key_Right, alt)
@@ -352,8 +352,8 @@ def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_windo
 
 
 @pytest.mark.slow
-def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, kept_window):
-    window = kept_window
+def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, reset_window):
+    window = reset_window
     before = settings_of(window.studio)
     window.play_demo(next(iter(shipped().values())))
     assert window.demos.demo is not None
@@ -364,7 +364,7 @@ def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, kept_w
 
 
 @pytest.mark.slow
-def test_the_report_is_opened_in_the_browser(small, kept_window, qtbot, monkeypatch):
+def test_the_report_is_opened_in_the_browser(small, reset_window, qtbot, monkeypatch):
     opened = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True)
     small.tasks["1.2"].options[1].click()
@@ -407,8 +407,8 @@ def test_a_hint_opens_and_closes(small, qtbot):
 
 
 @pytest.mark.slow
-def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, kept_window, home):
-    recording = kept_window.studio.recording
+def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, reset_window, home):
+    recording = reset_window.studio.recording
     recording.newest = (home / "trials.hapkit", 1)
     recording.changed.emit()
     assert small.player._recordings() == {"small": [str(home / "trials.hapkit")]}
@@ -419,8 +419,8 @@ def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, 
 
 
 @pytest.mark.slow
-def test_what_was_set_in_a_lesson_cannot_be_undone_after_it(page, kept_window):
-    studio, undo = kept_window.studio, kept_window.actions_by_key.qt["edit.undo"]
+def test_what_was_set_in_a_lesson_cannot_be_undone_after_it(page, reset_window):
+    studio, undo = reset_window.studio, reset_window.actions_by_key.qt["edit.undo"]
     page.open(WALL)
     assert not undo.isEnabled()
     studio.set_value("stiffness", 777.0)

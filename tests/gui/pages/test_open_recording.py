@@ -1,4 +1,4 @@
-"""Recordings from files in the window: named columns, held traces, identification."""
+"""Recordings from files in the window: named columns, kept curves, identification."""
 
 import numpy as np
 import pytest
@@ -20,11 +20,11 @@ def nothing_compiled(monkeypatch):
 
 
 @pytest.fixture
-def window(kept_idle_window):
-    yield kept_idle_window
-    for place in list(kept_idle_window.centre.held.traces):
-        kept_idle_window.centre.held.remove(place)
-    kept_idle_window.opener._named.clear()
+def window(reset_idle_window):
+    yield reset_idle_window
+    for place in list(reset_idle_window.centre.kept_curves.curves):
+        reset_idle_window.centre.kept_curves.remove(place)
+    reset_idle_window.opener._named.clear()
 
 
 @pytest.fixture
@@ -63,33 +63,33 @@ def test_a_foreign_table_is_held_in_the_plots_after_naming_its_columns(window, q
     assert cut_off(sheet) == []
     sheet.units["force"].setCurrentText("mN")
     sheet.take.click()
-    held = window.centre.held
-    qtbot.waitUntil(lambda: bool(held.traces))
+    kept = window.centre.kept_curves
+    qtbot.waitUntil(lambda: bool(kept.curves))
     assert window.views.key == "live"
-    (trace,) = held.traces.values()
-    assert trace.name == "lab.csv"
-    assert trace.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
-    t = trace.time + 2.999
+    (curve,) = kept.curves.values()
+    assert curve.name == "lab.csv"
+    assert curve.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
+    t = curve.time + 2.999
     x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
-    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # tolerance: motion within one pixel column
-    v = trace.values["velocity"]
-    assert trace.values["applied_force"] == pytest.approx(
-        -210.0 * (trace.values["position"] - 2e-3) - 1.5 * v, abs=0.03
+    assert curve.values["position"] == pytest.approx(x, abs=2e-4)  # tolerance: motion within one pixel column
+    v = curve.values["velocity"]
+    assert curve.values["applied_force"] == pytest.approx(
+        -210.0 * (curve.values["position"] - 2e-3) - 1.5 * v, abs=0.03
     )
     low, high = next(c for c in window.centre.time.canvases if c.plot_of.key == "force").view.viewRange()[1]
-    assert low < trace.values["applied_force"].min() < trace.values["applied_force"].max() < high
+    assert low < curve.values["applied_force"].min() < curve.values["applied_force"].max() < high
     # the same columns need not be named again
     window.opener.open(str(lab))
     qtbot.waitUntil(lambda: bool([sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]))
     assert str(columns_sheet(window, qtbot).columns["force"]) == "F:mN"
 
 
-def test_a_table_with_the_studio_column_names_is_held_without_asking(window, qtbot, tmp_path):
+def test_a_table_with_the_studio_column_names_is_kept_without_asking(window, qtbot, tmp_path):
     path = tmp_path / "few.csv"
     path.write_text("time_s,position_m,force_applied_N\n0,0,0\n0.001,0.0001,-0.03\n0.002,0.0002,-0.06\n")
     window.opener.open(str(path))
-    qtbot.waitUntil(lambda: bool(window.centre.held.traces))
-    (trace,) = window.centre.held.traces.values()
+    qtbot.waitUntil(lambda: bool(window.centre.kept_curves.curves))
+    (trace,) = window.centre.kept_curves.curves.values()
     assert trace.values["applied_force"] == pytest.approx([0.0, -0.03, -0.06])
     assert trace.values["velocity"] == pytest.approx([0.1] * 3)
 
@@ -109,7 +109,7 @@ def test_an_unreadable_file_is_reported_in_a_banner(window, qtbot, tmp_path, tex
     notice = window.banners.get("recording")
     assert "No curve was kept." in notice.title
     assert message in notice.text
-    assert not window.centre.held.traces
+    assert not window.centre.kept_curves.curves
 
 
 def test_the_dialog_opens_the_file_only_once_each_column_is_chosen_once(window, qtbot, tmp_path):
@@ -134,7 +134,7 @@ def test_the_dialog_opens_the_file_only_once_each_column_is_chosen_once(window, 
         "force": TableColumn("c", "N"),
     }
     sheet.leave.click()
-    assert not window.centre.held.traces
+    assert not window.centre.kept_curves.curves
 
 
 @pytest.mark.slow

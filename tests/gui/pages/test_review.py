@@ -25,12 +25,12 @@ def handed_in(tmp_path_factory):
 
 
 @pytest.fixture
-def page(kept_idle_window, qtbot, home, handed_in):
+def page(reset_idle_window, qtbot, home, handed_in):
     """Return the sessions page with a handed-in session, which is selected, and another recording."""
     folder().mkdir(exist_ok=True)
     (folder() / "ada.hapkit").write_bytes(handed_in)
     write(folder() / "plain.hapkit", motion(0.5))
-    window = kept_idle_window
+    window = reset_idle_window
     shown = window.views.page("sessions")
     window.views.show("sessions")
     choose(shown, qtbot, "ada")

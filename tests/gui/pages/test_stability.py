@@ -31,9 +31,9 @@ from tests.gui.window_support import PATIENCE_MS, put_back
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window with the running simulated device."""
-    return kept_window
+    return reset_window
 
 
 @pytest.fixture

@@ -32,9 +32,9 @@ def made_up(capped=False, clamped=True):
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window with the running simulated device."""
-    return kept_window
+    return reset_window
 
 
 @pytest.fixture

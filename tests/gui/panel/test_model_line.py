@@ -57,8 +57,8 @@ def test_a_real_device_shows_no_model(line):
     assert line.isHidden()
 
 
-def test_only_the_user_changes_the_model_not_the_display(kept_window):
-    line, studio = kept_window.loop.model, kept_window.studio
+def test_only_the_user_changes_the_model_not_the_display(reset_window):
+    line, studio = reset_window.loop.model, reset_window.studio
     studio.choose("free")
     line.show_model(studio.environment, studio.values, "everything", modelled=True)
     assert studio.loop.model == "scene"
@@ -77,8 +77,8 @@ def test_with_other_parameters_everything_is_modelled(line, stiffness, text):
     assert line.label.text() == text
 
 
-def test_friction_can_be_switched_off_with_one_click_and_undone(kept_window):
-    window, studio = kept_window, kept_window.studio
+def test_friction_can_be_switched_off_with_one_click_and_undone(reset_window):
+    window, studio = reset_window, reset_window.studio
     studio.choose("spring")
     facts, button = window.stability.facts, window.loop.model.switch.button(2)
     button.click()

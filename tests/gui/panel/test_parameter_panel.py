@@ -16,9 +16,9 @@ from hapkit_studio.parameters import Choice
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window with the running simulated device."""
-    return kept_window
+    return reset_window
 
 
 def rows(window):

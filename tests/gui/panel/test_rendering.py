@@ -21,9 +21,9 @@ def column(window, index):
     return [label.text() for label in window.loop.where.facts.columns[index][1:]]
 
 
-def test_the_simulated_hapkit_has_no_switch(kept_window):
-    assert kept_window.loop.where.isHidden()
-    assert "no board" in kept_window.studio.engine.decision().refusal
+def test_the_simulated_hapkit_has_no_switch(reset_window):
+    assert reset_window.loop.where.isHidden()
+    assert "no board" in reset_window.studio.engine.decision().refusal
 
 
 def test_a_board_has_a_switch_and_the_engine_follows_it(board_window):

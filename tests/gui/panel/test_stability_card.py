@@ -19,9 +19,9 @@ SPRING, WALL = environments.named("spring"), environments.named("wall")
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window with the running simulated device."""
-    return kept_window
+    return reset_window
 
 
 def asked(stiffness, damping=0.0, setting=None, environment=SPRING):

@@ -19,11 +19,11 @@ SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
 
 @pytest.fixture
-def window(kept_idle_window):
+def window(reset_idle_window):
     """Return this test file's window with no stored settings and an empty undo history."""
-    kept_idle_window.two.forget()
-    kept_idle_window.history.forget()
-    return kept_idle_window
+    reset_idle_window.two.forget()
+    reset_idle_window.history.forget()
+    return reset_idle_window
 
 
 @pytest.fixture

@@ -25,16 +25,16 @@ def complain(values, conditions):
 
 
 @pytest.fixture
-def lines(kept_window):
-    studio = kept_window.studio
+def lines(reset_window):
+    studio = reset_window.studio
     studio.adopt(replace(LIBRARY["wall"], warnings=complain))
-    yield kept_window.panel.warnings
+    yield reset_window.panel.warnings
     studio.adopt(LIBRARY["wall"])
 
 
 @pytest.fixture
-def studio(lines, kept_window):
-    return kept_window.studio
+def studio(lines, reset_window):
+    return reset_window.studio
 
 
 def moving(seconds_ago, speed):
@@ -79,12 +79,12 @@ def test_without_a_device_nothing_is_judged(qtbot):
     assert made.texts == []
 
 
-def test_the_conditions_are_those_of_the_current_device_and_loop(kept_window, qtbot):
-    studio, lines = kept_window.studio, kept_window.panel.warnings
+def test_the_conditions_are_those_of_the_current_device_and_loop(reset_window, qtbot):
+    studio, lines = reset_window.studio, reset_window.panel.warnings
     studio.set_loop(delay=1e-3, estimator="iir")
 
     def late() -> bool:
-        kept_window.live.refresh()  # the loop uses the new delay from its next tick on
+        reset_window.live.refresh()  # the loop uses the new delay from its next tick on
         return lines.conditions.delay == 1e-3
 
     qtbot.waitUntil(late, timeout=PATIENCE_MS)
@@ -105,13 +105,13 @@ def test_a_line_shows_the_first_sentence_and_its_tooltip_everything(qtbot):
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "mapped"), [((1024, 640), False), ((1280, 900), True)])
 def test_warnings_and_verdict_stay_visible_and_the_map_if_it_fits(
-    lines, studio, kept_window, qapp, qtbot, size, mapped
+    lines, studio, reset_window, qapp, qtbot, size, mapped
 ):
-    panel, card = kept_window.panel, kept_window.panel.stability
-    kept_window.resize(*size)
-    kept_window.body.open_drawer(True)
+    panel, card = reset_window.panel, reset_window.panel.stability
+    reset_window.resize(*size)
+    reset_window.body.open_drawer(True)
     for rank, key in enumerate(("one", "other")):
-        kept_window.banners.set(key, Notice(key, rank, "warn", "triangle", "Title.", "Text."))
+        reset_window.banners.set(key, Notice(key, rank, "warn", "triangle", "Title.", "Text."))
     studio.set_value("stiffness", 301.0)
     lines.watch(highest_speed(moving(0.9 * LATELY_SECONDS, 0.51)))
     qtbot.waitUntil(lambda: card.question() is not None)

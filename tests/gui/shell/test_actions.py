@@ -26,9 +26,9 @@ def press(window, *keys):
 
 
 @pytest.fixture
-def shown(kept_idle_window):
+def shown(reset_idle_window):
     """Return this test file's window in its initial state."""
-    return kept_idle_window
+    return reset_idle_window
 
 
 def menu_actions(menu):

@@ -14,9 +14,9 @@ from hapkit_studio.gui.widgets.glossary import WORDS
 
 
 @pytest.fixture
-def shown(kept_idle_window):
+def shown(reset_idle_window):
     """Return this test file's window in its initial state."""
-    return kept_idle_window
+    return reset_idle_window
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ from hapkit_studio.workshop.sketch import Kit
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return the window whose simulated device runs."""
-    return kept_window
+    return reset_window
 
 
 @pytest.fixture

@@ -125,13 +125,13 @@ def still(monkeypatch):
 
 
 @pytest.mark.parametrize("size", SCREENS.values(), ids=SCREENS)
-def test_live_fits_the_screen(kept_window, qapp, size):
-    resize(qapp, kept_window, size)
-    assert misfits(kept_window) == []
-    kept_window.loop.set_folded(False)
-    kept_window.loop.set_more(True)
-    resize(qapp, kept_window, size)
-    assert misfits(kept_window) == []
+def test_live_fits_the_screen(reset_window, qapp, size):
+    resize(qapp, reset_window, size)
+    assert misfits(reset_window) == []
+    reset_window.loop.set_folded(False)
+    reset_window.loop.set_more(True)
+    resize(qapp, reset_window, size)
+    assert misfits(reset_window) == []
 
 
 @pytest.mark.slow

@@ -120,7 +120,7 @@ def unprintable_texts(window) -> list[str]:
 
 
 @pytest.fixture
-def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
+def try_file(originals, reset_idle_window, home, qtbot):  # noqa: F811
     """Return a function that opens one file and returns the problems found."""
 
     def try_one(kind: str, seed: int) -> list[str]:
@@ -131,7 +131,7 @@ def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
         neighbour.write_bytes(originals[kind])
         file = foreign_files.write(kind, seed, originals[kind], folder)
         before, error, wrong = stamp(file), io.StringIO(), []
-        window = kept_idle_window
+        window = reset_idle_window
         with qtbot.captureExceptions() as raised, redirect_stderr(error):
             try:
                 with limited():
@@ -154,7 +154,7 @@ def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
         return [f"{kind} {seed}: {text}" for text in wrong]
 
     yield try_one
-    put_back(kept_idle_window)
+    put_back(reset_idle_window)
 
 
 KINDS = ("settings", *READERS)

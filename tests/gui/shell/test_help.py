@@ -26,9 +26,9 @@ SECTIONS = ("No port", "No force", "Wrong direction", "Buzzing", "Drift", "Slow 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("action", "title"), PAGES.items())
-def test_every_page_opens_with_its_title_and_text(kept_idle_window, action, title):
-    kept_idle_window.actions_by_key.run(action)
-    sheet = sheet_of(kept_idle_window, PageDialog)
+def test_every_page_opens_with_its_title_and_text(reset_idle_window, action, title):
+    reset_idle_window.actions_by_key.run(action)
+    sheet = sheet_of(reset_idle_window, PageDialog)
     assert sheet.windowTitle() == title
     assert len(sheet.page.toPlainText()) > 1000
     assert title not in sheet.page.toPlainText().splitlines()[:2]
@@ -49,9 +49,9 @@ def test_no_line_of_code_is_wrapped_at_1280_by_720(qtbot, key):
     assert wrapped == []
 
 
-def test_the_glossary_contains_every_term(kept_idle_window):
-    kept_idle_window.actions_by_key.run("help.glossary")
-    text = sheet_of(kept_idle_window, PageDialog).page.toPlainText()
+def test_the_glossary_contains_every_term(reset_idle_window):
+    reset_idle_window.actions_by_key.run("help.glossary")
+    text = sheet_of(reset_idle_window, PageDialog).page.toPlainText()
     assert [word for word, meaning in WORDS.items() if f"{word}. {meaning}" not in text] == []
 
 
@@ -63,9 +63,9 @@ def test_troubleshooting_has_a_section_for_each_fault():
 
 
 @pytest.mark.slow
-def test_a_fault_banners_help_opens_its_section(kept_window):
+def test_a_fault_banners_help_opens_its_section(reset_window):
     """A buzzing scene usually ends with the over-speed fault, so its help opens the section Buzzing."""
-    window = kept_window
+    window = reset_window
     control = window.studio.engine.arrays.control
     control.fault[0] = arrays.OVER_SPEED
     try:

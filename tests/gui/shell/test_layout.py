@@ -49,9 +49,9 @@ LINE = "Force is zero. Nothing is lost. Trying to reconnect every second."
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return this test file's window with a running simulated device."""
-    return kept_window
+    return reset_window
 
 
 def lose_device(window) -> None:
@@ -564,4 +564,4 @@ def test_a_stable_walls_verdict_needs_two_lines_for_each_hand(window, qapp, size
 def test_the_buttons_above_the_plots_show_their_text(window, qapp, size):
     resize(qapp, window, size)
     bar = window.centre.toolbar
-    assert all(button.text() for button in (bar.cursors, bar.hold, bar.release, bar.fit))
+    assert all(button.text() for button in (bar.cursors, bar.keep, bar.release, bar.fit))

@@ -59,8 +59,8 @@ def repeated(window, act, times):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("counts", [(2, 6), pytest.param((FEW, MANY), marks=pytest.mark.slow)])
-def test_changing_environment_and_view_leaves_no_objects(kept_idle_window, counts):
-    window = kept_idle_window
+def test_changing_environment_and_view_leaves_no_objects(reset_idle_window, counts):
+    window = reset_idle_window
 
     def act():
         for key, view in (("wall", "stability"), ("spring", "bode"), ("friction", "live")):
@@ -73,8 +73,8 @@ def test_changing_environment_and_view_leaves_no_objects(kept_idle_window, count
     assert growing_classes(window, act, *counts) == {}
 
 
-def test_the_undo_history_is_limited(kept_idle_window):
-    window = kept_idle_window
+def test_the_undo_history_is_limited(reset_idle_window):
+    window = reset_idle_window
     window.studio.choose("spring")
     for step in range(MOST + 20):
         window.history.gesture += 1
@@ -96,8 +96,8 @@ def cancelled_dialogs(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
-def test_an_action_leaves_no_objects(kept_window, cancelled_dialogs, key):
-    window = kept_window
+def test_an_action_leaves_no_objects(reset_window, cancelled_dialogs, key):
+    window = reset_window
 
     def act():
         if key.startswith("view.tab."):

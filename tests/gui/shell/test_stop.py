@@ -48,9 +48,9 @@ FRONTS = {
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return this test file's window with a running simulated device."""
-    return kept_window
+    return reset_window
 
 
 @pytest.mark.parametrize("device", ["window", "board_window"])

@@ -108,8 +108,8 @@ def test_the_stability_request_is_the_same_after_a_restart(start, qtbot, model):
         (["wall"], ["x"], ["live"], {}),
     ],
 )
-def test_unknown_and_out_of_range_settings_are_ignored(kept_idle_window, environment, values, view, found):
-    window = kept_idle_window
+def test_unknown_and_out_of_range_settings_are_ignored(reset_idle_window, environment, values, view, found):
+    window = reset_idle_window
     for name, value in (("environment", environment), ("values", values), ("view", view)):
         window.settings.setValue(name, value)
     window.state.restore()
@@ -120,11 +120,11 @@ def test_unknown_and_out_of_range_settings_are_ignored(kept_idle_window, environ
 
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["chain", "fidelity", "accuracy"])
-def test_a_merged_view_opens_the_view_that_contains_it(kept_idle_window, view):
-    kept_idle_window.settings.setValue("view", view)
-    kept_idle_window.state.restore()
-    assert kept_idle_window.views.key == "accuracy"
-    kept_idle_window.views.show("live")
+def test_a_merged_view_opens_the_view_that_contains_it(reset_idle_window, view):
+    reset_idle_window.settings.setValue("view", view)
+    reset_idle_window.state.restore()
+    assert reset_idle_window.views.key == "accuracy"
+    reset_idle_window.views.show("live")
 
 
 @pytest.mark.parametrize(
@@ -136,8 +136,8 @@ def test_a_merged_view_opens_the_view_that_contains_it(kept_idle_window, view):
         ({"model": [], "where": "moon", "board_rate": 3.0, "controller": 1, "options": 5}, {}, "medium"),
     ],
 )
-def test_invalid_loop_settings_are_ignored_individually(kept_idle_window, loop, found, grip):
-    window = kept_idle_window
+def test_invalid_loop_settings_are_ignored_individually(reset_idle_window, loop, found, grip):
+    window = reset_idle_window
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
     window.state.restore()

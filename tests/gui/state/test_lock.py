@@ -31,14 +31,14 @@ def closed():
 
 
 @pytest.fixture
-def window(kept_idle_window, closed):
+def window(reset_idle_window, closed):
     """Return this test file's window, locked at 900 N/m, with one older step in the undo history."""
-    kept_idle_window.history.forget()
-    kept_idle_window.studio.set_value("stiffness", 900.0)
-    kept_idle_window.studio.permissions.set_lock(closed)
-    yield kept_idle_window
-    kept_idle_window.studio.permissions.set_lock(Lock())
-    kept_idle_window.two.forget()
+    reset_idle_window.history.forget()
+    reset_idle_window.studio.set_value("stiffness", 900.0)
+    reset_idle_window.studio.permissions.set_lock(closed)
+    yield reset_idle_window
+    reset_idle_window.studio.permissions.set_lock(Lock())
+    reset_idle_window.two.forget()
 
 
 def locked_settings(studio):

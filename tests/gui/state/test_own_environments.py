@@ -28,13 +28,13 @@ def passed(window, path):
 
 
 @pytest.fixture
-def window(home, kept_idle_window):
+def window(home, reset_idle_window):
     """Return this test file's window with this test's folder as home."""
-    kept_idle_window.own.runner.end()
-    kept_idle_window.own.refresh()
-    kept_idle_window.own.choose_built_in("wall")
-    kept_idle_window.editor.close()
-    return kept_idle_window
+    reset_idle_window.own.runner.end()
+    reset_idle_window.own.refresh()
+    reset_idle_window.own.choose_built_in("wall")
+    reset_idle_window.editor.close()
+    return reset_idle_window
 
 
 @pytest.mark.slow
@@ -317,8 +317,8 @@ def test_selecting_a_built_in_environment_closes_a_shown_source(home, window):
 
 
 @pytest.mark.slow
-def test_saving_a_law_does_not_compile_it_in_the_window_process(home, kept_window, qtbot):
-    window = kept_window
+def test_saving_a_law_does_not_compile_it_in_the_window_process(home, reset_window, qtbot):
+    window = reset_window
     path = put(home, "mine.py", spring("mine"))
     window.editor.edit(path)
     wait_for_verdict(window, qtbot, window.editor.save)

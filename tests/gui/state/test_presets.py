@@ -19,11 +19,11 @@ STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "
 
 
 @pytest.fixture
-def window(kept_idle_window):
+def window(reset_idle_window):
     """Return this test file's window in its initial state, without a selected preset or undo steps."""
-    kept_idle_window.presets._chosen.clear()
-    kept_idle_window.history.forget()
-    return kept_idle_window
+    reset_idle_window.presets._chosen.clear()
+    reset_idle_window.history.forget()
+    return reset_idle_window
 
 
 def preset(folder, text):

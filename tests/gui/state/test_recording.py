@@ -23,12 +23,12 @@ from tests.wide import wide
 
 
 @pytest.fixture
-def window(kept_window, home):
+def window(reset_window, home):
     """Return this test file's window with its own folder and a running simulated device."""
-    yield kept_window
-    if kept_window.studio.recording.progress is not None:
-        kept_window.studio.recording.toggle()
-        kept_window.studio.recording._turn.wait()
+    yield reset_window
+    if reset_window.studio.recording.progress is not None:
+        reset_window.studio.recording.toggle()
+        reset_window.studio.recording._turn.wait()
 
 
 def begin(window, qtbot):

@@ -29,8 +29,8 @@ def test_a_progress_bar_is_shown_while_the_loop_compiles(idle_window, qtbot):
 
 
 @pytest.mark.slow
-def test_a_fault_shows_its_reason_and_is_cleared_by_the_user(kept_window, qtbot):
-    window = kept_window
+def test_a_fault_shows_its_reason_and_is_cleared_by_the_user(reset_window, qtbot):
+    window = reset_window
     window.studio.engine.arrays.control.fault[0] = arrays.OVER_SPEED
     window.studio.engine.arrays.tick.fault_value = 3.4
     window.live.refresh()
@@ -45,10 +45,10 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_the_user(kept_window, qtbot)
 
 @pytest.mark.slow
 def test_at_most_two_banners_are_shown_the_more_severe_first_and_a_new_text_replaces_the_old(
-    kept_idle_window,
+    reset_idle_window,
 ):
     """A measured value changes twice a second, and the banner's widgets must not be rebuilt each time."""
-    banners, done = kept_idle_window.banners, []
+    banners, done = reset_idle_window.banners, []
 
     def notice(text, result, *more):
         ways = (("Do", lambda: done.append(result)), *more)
@@ -65,18 +65,18 @@ def test_at_most_two_banners_are_shown_the_more_severe_first_and_a_new_text_repl
     banners.set("device", notice("182 N/m", 2, ("Else", done.clear)))
     assert [button.text() for button in banners.banners[0].buttons] == ["Do", "Else"]
     banners.set("limit", Notice("limit", 3, "danger", "cross", "Third", "…"))
-    kept_idle_window.studio.stop()
+    reset_idle_window.studio.stop()
     assert [b.title.text() for b in banners.banners] == ["Stopped. Force is zero.", "182 N/m"]
-    kept_idle_window.studio.release_stop()
+    reset_idle_window.studio.release_stop()
     assert [b.title.text() for b in banners.banners] == ["182 N/m", "Third"]
     for key in ("device", "limit"):
         banners.set(key, None)
     assert banners.banners == []
 
 
-def test_incompatible_values_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
+def test_incompatible_values_are_refused_with_and_without_an_engine(reset_idle_window, reset_window):
     """A button's snap must begin within its travel; a reset changes both values at the same time."""
-    for shown in (kept_idle_window, kept_window):
+    for shown in (reset_idle_window, reset_window):
         studio = shown.studio
         studio.choose("button")
         studio.set_value("snap_start", 0.002)
@@ -86,7 +86,7 @@ def test_incompatible_values_are_refused_with_and_without_an_engine(kept_idle_wi
         assert studio.values["snap_start"] == 0.002
         studio.reset_values()
         assert studio.values == studio.environment.values()
-    assert kept_window.studio.engine.values == studio.values
+    assert reset_window.studio.engine.values == studio.values
 
 
 @pytest.mark.slow
@@ -122,8 +122,8 @@ def test_a_gap_extends_from_the_last_sample_to_the_next(x, before, found):
     assert gaps(np.array(x), **({} if before is None else {"before": before})) == found
 
 
-def test_a_slider_sends_only_the_changed_value_and_it_is_checked_once(kept_window, monkeypatch):
-    window, studio, checked, sent = kept_window, kept_window.studio, [], []
+def test_a_slider_sends_only_the_changed_value_and_it_is_checked_once(reset_window, monkeypatch):
+    window, studio, checked, sent = reset_window, reset_window.studio, [], []
     studio.choose("wall")
     mine = {id(p) for p in (*studio.environment.parameters, RATE, DELAY)}
     check, put = Parameter.check, Engine.put_values

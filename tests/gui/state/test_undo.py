@@ -13,11 +13,11 @@ UNDO, REDO, REDO_TOO = (Qt.Key.Key_Z, CTRL), (Qt.Key.Key_Z, CTRL | SHIFT), (Qt.K
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return this test file's window with an empty undo history."""
-    kept_window.history.forget()
-    yield kept_window
-    put_back(kept_window)
+    reset_window.history.forget()
+    yield reset_window
+    put_back(reset_window)
 
 
 def press(window, key):

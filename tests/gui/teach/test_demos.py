@@ -138,12 +138,12 @@ def test_every_caption_is_shown_in_order(played_demo, name):
 
 
 @pytest.fixture
-def shown(kept_window):
+def shown(reset_window):
     """Return this test file's running window; the test sets the clock of its demos."""
-    kept_window.demos.clock = Clock()
-    kept_window.history.forget()
-    yield kept_window
-    kept_window.demos.end()
+    reset_window.demos.clock = Clock()
+    reset_window.history.forget()
+    yield reset_window
+    reset_window.demos.end()
 
 
 @pytest.mark.slow

@@ -17,9 +17,9 @@ TARGETS = [Target(CONDITIONS[0], 0.020, 0.006, 1), Target(CONDITIONS[1], 0.020, 
 
 
 @pytest.fixture
-def pointed(kept_window, qtbot):
+def pointed(reset_window, qtbot):
     """Return a running window in the experiment, with two targets."""
-    window = kept_window
+    window = reset_window
     window.studio.set_loop(hand="firm")
     window.pointing.begin(TARGETS)
     qtbot.waitUntil(lambda: window.pointing.page is not None)
@@ -104,9 +104,9 @@ def test_an_e_stop_restarts_the_trial(pointed, qtbot):
     assert page.run.target == TARGETS[0]
 
 
-def test_the_dialog_is_operated_by_keyboard(kept_window, qtbot):
+def test_the_dialog_is_operated_by_keyboard(reset_window, qtbot):
     """The plan has 2 rounds of 8 conditions and 9 pairs of distance and width: 144 trials."""
-    window = kept_window
+    window = reset_window
     window.actions_by_key.run("teach.pointing")
     dialog = sheet_of(window, PointingDialog)
     begun = []
@@ -123,8 +123,8 @@ def test_the_dialog_is_operated_by_keyboard(kept_window, qtbot):
     assert {one.condition.force for one in targets} == {0.0, LOW}
 
 
-def test_no_experiment_starts_while_friction_is_locked(kept_window, qtbot):
-    window = kept_window
+def test_no_experiment_starts_while_friction_is_locked(reset_window, qtbot):
+    window = reset_window
     window.studio.choose("friction")
     window.studio.permissions.set_lock(Lock((("value", "friction", "kinetic_force"),)))
     try:

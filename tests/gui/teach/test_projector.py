@@ -28,12 +28,12 @@ FAULT = Notice(
 
 
 @pytest.fixture
-def window(kept_idle_window):
+def window(reset_idle_window):
     """Return this test file's window in its initial state."""
-    yield kept_idle_window
-    kept_idle_window.demos.end()
-    kept_idle_window.projector.end()
-    kept_idle_window.showNormal()
+    yield reset_idle_window
+    reset_idle_window.demos.end()
+    reset_idle_window.projector.end()
+    reset_idle_window.showNormal()
 
 
 @pytest.fixture

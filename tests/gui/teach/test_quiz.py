@@ -36,9 +36,9 @@ def texts(window):
 
 
 @pytest.fixture
-def asked(kept_window, qtbot):
+def asked(reset_window, qtbot):
     """Return a running window with the quiz on the wall and a hidden value."""
-    window = kept_window
+    window = reset_window
     window.quiz.begin(random.Random(7))
     qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
     yield window
@@ -102,7 +102,7 @@ def test_the_hidden_value_is_rendered_but_shown_nowhere(asked):
     assert window.centre.time.isVisible()
     assert phase.canvas.isVisible()
     assert not window.panel.isVisible()
-    assert not window.centre.toolbar.hold.isEnabled()
+    assert not window.centre.toolbar.keep.isEnabled()
     assert not [part for part in phase.theory if part.isVisible()]
     assert window.centre.scene.accessibleName() == "Scene: Wall"
     with pytest.raises(ParameterError, match="hidden during the quiz"):
@@ -182,8 +182,8 @@ def test_actions_that_would_show_or_change_the_value_are_refused_in_one_line(ask
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
-def test_the_quiz_column_is_visible_where_the_panel_is_a_drawer(kept_window, size):
-    window = kept_window
+def test_the_quiz_column_is_visible_where_the_panel_is_a_drawer(reset_window, size):
+    window = reset_window
     window.resize(*size)
     window.body.open_drawer(False)
     window.quiz.begin(random.Random(7))
@@ -194,10 +194,10 @@ def test_the_quiz_column_is_visible_where_the_panel_is_a_drawer(kept_window, siz
 
 @pytest.mark.slow
 def test_the_engine_receives_only_values_and_a_change_of_device_ends_the_quiz(
-    kept_window, qtbot, monkeypatch
+    reset_window, qtbot, monkeypatch
 ):
     """The quiz changes no other settings of the engine than the hidden value."""
-    window, studio, told = kept_window, kept_window.studio, []
+    window, studio, told = reset_window, reset_window.studio, []
     for name in ("stop", "release_stop", "clear_fault", "set_loop", "change_loop", "set_where"):
         monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
     render = Engine.set_environment
@@ -216,8 +216,8 @@ def test_the_engine_receives_only_values_and_a_change_of_device_ends_the_quiz(
     assert window.panel.isVisible()
 
 
-def test_no_quiz_starts_while_the_value_is_locked_or_the_scene_is_in_use(kept_window, monkeypatch):
-    window, studio = kept_window, kept_window.studio
+def test_no_quiz_starts_while_the_value_is_locked_or_the_scene_is_in_use(reset_window, monkeypatch):
+    window, studio = reset_window, reset_window.studio
     assert window.quiz.parameter.key == "stiffness"
     with studio.temporarily():  # a measurement or a replay changes the scene in this way
         assert window.quiz.parameter is None
@@ -257,7 +257,7 @@ def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
     assert (settings_of(studio), window.history.stack.count()) == (before, undone)
     assert studio.engine.values == studio.values
     assert window.panel.isVisible()
-    assert window.centre.toolbar.hold.isEnabled()
+    assert window.centre.toolbar.keep.isEnabled()
     assert [part for part in window.centre.phase.theory if part.isVisible()]
 
 

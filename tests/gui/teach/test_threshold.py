@@ -17,9 +17,9 @@ from tests.gui.window_support import label_texts, sheet_of
 
 
 @pytest.fixture
-def compared(kept_window, qtbot):
+def compared(reset_window, qtbot):
     """Return a running window that compares stiffnesses about 100 N/m."""
-    window = kept_window
+    window = reset_window
     window.studio.choose("spring")
     qtbot.waitUntil(lambda: window.studio.environment.key == "spring")
     window.studio.set_value("stiffness", 100.0)
@@ -82,8 +82,8 @@ def test_an_experiment_that_is_stopped_says_so(compared):
     assert "You stopped after 1 answer, so the result is uncertain." in said
 
 
-def test_only_what_can_be_raised_within_the_stable_range_is_compared(kept_window):
-    studio = kept_window.studio
+def test_only_what_can_be_raised_within_the_stable_range_is_compared(reset_window):
+    studio = reset_window.studio
     studio.choose("wall")
     studio.set_values({"stiffness": 300.0, "damping": 0.0})
     studio.note_ranges({})
@@ -96,8 +96,8 @@ def test_only_what_can_be_raised_within_the_stable_range_is_compared(kept_window
     studio.note_ranges({})
 
 
-def test_the_dialog_names_the_parameters_and_begins_by_keyboard(kept_window):
-    window = kept_window
+def test_the_dialog_names_the_parameters_and_begins_by_keyboard(reset_window):
+    window = reset_window
     window.studio.note_ranges({})
     window.actions_by_key.run("teach.threshold")
     dialog = sheet_of(window, ThresholdDialog)
@@ -109,8 +109,8 @@ def test_the_dialog_names_the_parameters_and_begins_by_keyboard(kept_window):
     assert [one.key for one in begun] == ["stiffness"]
 
 
-def test_an_environment_without_such_a_parameter_says_so(kept_window, qtbot):
-    window = kept_window
+def test_an_environment_without_such_a_parameter_says_so(reset_window, qtbot):
+    window = reset_window
     window.studio.choose("free")
     qtbot.waitUntil(lambda: window.studio.environment.key == "free")
     window.actions_by_key.run("teach.threshold")
@@ -119,8 +119,8 @@ def test_an_environment_without_such_a_parameter_says_so(kept_window, qtbot):
     assert "no stiffness, damping or force" in dialog.verdict.label.text()
 
 
-def test_a_locked_parameter_is_not_compared(kept_window):
-    window = kept_window
+def test_a_locked_parameter_is_not_compared(reset_window):
+    window = reset_window
     (parameter, *_) = comparable(window.studio)
     window.studio.permissions.set_lock(Lock((("value", "wall", "stiffness"),)))
     try:

@@ -21,9 +21,9 @@ SOON = 1_000_000
 
 
 @pytest.fixture
-def window(kept_window):
+def window(reset_window):
     """Return this test file's window with a running simulated device."""
-    return kept_window
+    return reset_window
 
 
 def sheet_of(window):

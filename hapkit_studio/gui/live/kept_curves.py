@@ -1,6 +1,6 @@
-"""Held traces: earlier intervals of the plots, drawn behind the live data.
+"""Kept curves: earlier intervals of the plots, drawn behind the live data.
 
-The user can hide or remove each trace.
+The user can hide or remove each curve.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 @dataclass(frozen=True)
 class LineStyle:
-    """The line style of a held trace: its colour token, and its dash pattern in px."""
+    """The line style of a kept curve: its colour token, and its dash pattern in px."""
 
     token: str
     dash: tuple[float, ...]
@@ -40,18 +40,18 @@ LINE_STYLES = (
     LineStyle("accent", (6.0, 3.0)),
     LineStyle("ink2", (2.0, 6.0)),
 )
-"""Each held trace has its own style, so the number of styles limits the number of held traces."""
-_COLUMNS = 2000  # number of points to which a held trace is reduced
+"""Each kept curve has its own style, so the number of styles limits the number of kept curves."""
+_COLUMNS = 2000  # number of points to which a kept curve is reduced
 # s: the newest part is also stored at the full sampling rate, for the force plot, which shows 10 s
 _FELT_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
-class PastTrace:
-    """A held trace: its samples in SI units, the times in s at which they are shown, and its name.
+class KeptCurve:
+    """A kept curve: its samples in SI units, the times in s at which they are shown, and its name.
 
     ``pinned`` is True if the times are relative to the plots' zero; while the plots follow the newest sample,
-    such a trace ends at this sample. ``felt`` contains position in m and force in N (m,) as felt by the hand;
+    such a curve ends at this sample. ``felt`` contains position in m and force in N (m,) as felt by the hand;
     it is None if the delay is unknown.
     """
 
@@ -63,8 +63,8 @@ class PastTrace:
     felt: tuple[np.ndarray, np.ndarray] | None = None
 
 
-def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, style: LineStyle) -> None:
-    """Paint a held line, which is given in pixels."""
+def paint_kept_curve(painter: QPainter, x: np.ndarray, y: np.ndarray, style: LineStyle) -> None:
+    """Paint a kept curve, which is given in pixels."""
     painter.setPen(strokes.pen(theme.color(style.token), 2.0))
     strokes.segments(painter, strokes.patterned(*strokes.thinned(x, y), style.dash))
 
@@ -76,109 +76,109 @@ def settings_name(environment: Environment, values: dict[str, float]) -> str:
     return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in shown)])
 
 
-class HeldTraces(QObject):
-    """The held traces by their index in LINE_STYLES; ``changed`` is emitted with the visible traces."""
+class KeptCurves(QObject):
+    """The kept curves by their index in LINE_STYLES; ``changed`` is emitted with the visible curves."""
 
     changed = Signal(object)
 
     def __init__(self, parent: QObject | None = None):
         super().__init__(parent)
-        self.traces: dict[int, PastTrace] = {}
+        self.curves: dict[int, KeptCurve] = {}
         self.delay: float | None = None
         """Delay in s of the loop that produced the samples; None if unknown."""
         self.off: set[int] = set()
 
-    def hold(
+    def keep(
         self,
         history: History,
         stretch: tuple[float, float],
         name: str,
         shift: float | None = None,
         zero: float | None = None,
-    ) -> PastTrace | None:
-        """Hold the interval (start, stop) in s and return its trace; None if it has no data.
+    ) -> KeptCurve | None:
+        """Keep the interval (start, stop) in s and return its curve; None if it has no data.
 
-        Without ``shift``, the trace keeps its position in the plots. Their zero is at ``zero`` s; None means
-        the end of the interval. With ``shift``, the trace is moved by this many s. If all styles are used,
-        the oldest trace is removed. If the name exists already, a number is appended to it.
+        Without ``shift``, the curve keeps its position in the plots. Their zero is at ``zero`` s; None means
+        the end of the interval. With ``shift``, the curve is moved by this many s. If all styles are used,
+        the oldest curve is removed. If the name exists already, a number is appended to it.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if not history.empty else None
         if window is None or len(window.x) < 2:
             return None
-        if len(self.traces) == len(LINE_STYLES):
-            self.remove(next(iter(self.traces)))
-        place = min(set(range(len(LINE_STYLES))) - set(self.traces))
+        if len(self.curves) == len(LINE_STYLES):
+            self.remove(next(iter(self.curves)))
+        place = min(set(range(len(LINE_STYLES))) - set(self.curves))
         known = (channel for channel, y in window.y.items() if channel != OBJECT and np.isfinite(y).any())
         values = {channel: window.y[channel] for channel in known}
         pinned = shift is None
         time = window.x - (stretch[1] if zero is None else zero) if shift is None else window.x + shift
-        others = {trace.name for trace in self.traces.values()}
+        others = {curve.name for curve in self.curves.values()}
         names = chain([name], (f"{name} ({number})" for number in count(2)))
         name = next(text for text in names if text not in others)
         felt = None
         if self.delay is not None:
             last = history.between(max(stretch[0], stretch[1] - _FELT_SECONDS), edges[-1])
             felt = as_felt(last.x, last.y["position"], last.y["applied_force"], self.delay)
-        self.traces[place] = PastTrace(name, time, values, LINE_STYLES[place], pinned, felt)
+        self.curves[place] = KeptCurve(name, time, values, LINE_STYLES[place], pinned, felt)
         self._emit()
-        return self.traces[place]
+        return self.curves[place]
 
-    def drop(self, trace: PastTrace | None) -> None:
-        """Remove a trace if it is still held."""
-        for place in [place for place, held in self.traces.items() if held is trace]:
+    def drop(self, curve: KeptCurve | None) -> None:
+        """Remove a curve if it is still shown."""
+        for place in [place for place, kept in self.curves.items() if kept is curve]:
             self.remove(place)
 
     def switch(self, place: int, on: bool) -> None:
-        """Show or hide a trace."""
+        """Show or hide a curve."""
         (self.off.discard if on else self.off.add)(place)
         self._emit()
 
     def remove(self, place: int) -> None:
-        """Remove a trace."""
-        self.traces.pop(place, None)
+        """Remove a curve."""
+        self.curves.pop(place, None)
         self.off.discard(place)
         self._emit()
 
     def _emit(self) -> None:
-        self.changed.emit(tuple(trace for place, trace in self.traces.items() if place not in self.off))
+        self.changed.emit(tuple(curve for place, curve in self.curves.items() if place not in self.off))
 
 
-class HeldList(QWidget):
-    """The row of held traces; each has a sample of its line, a check box and a remove button."""
+class KeptCurveList(QWidget):
+    """The row of kept curves; each has a sample of its line, a check box and a remove button."""
 
-    def __init__(self, held: HeldTraces, parent: QWidget | None = None):
+    def __init__(self, kept: KeptCurves, parent: QWidget | None = None):
         super().__init__(parent)
-        self._held = held
+        self._kept = kept
         self.rows: dict[int, Row] = {}
         self._line = hbox(None, into=self, margins=(12, 2, 10, 2), gap=4)
-        held.changed.connect(lambda _shown: self._follow())
+        kept.changed.connect(lambda _shown: self._follow())
         self.hide()
 
     def _follow(self) -> None:
         for place in list(self.rows):
-            if self.rows[place].trace is not self._held.traces.get(place):
+            if self.rows[place].curve is not self._kept.curves.get(place):
                 self.rows.pop(place).deleteLater()
-        for place, trace in self._held.traces.items():
+        for place, curve in self._kept.curves.items():
             if place not in self.rows:
-                self.rows[place] = Row(self._held, place, trace)
+                self.rows[place] = Row(self._kept, place, curve)
                 self._line.insertWidget(self._line.count() - 1, self.rows[place])
         self.setVisible(bool(self.rows))
 
 
 class Row(QWidget):
-    """A row of the list that shows one held trace."""
+    """A row of the list that shows one kept curve."""
 
-    def __init__(self, held: HeldTraces, place: int, trace: PastTrace):
+    def __init__(self, kept: KeptCurves, place: int, curve: KeptCurve):
         super().__init__()
-        self.trace = trace
-        self.box, self.away = QCheckBox(trace.name), QPushButton()
+        self.curve = curve
+        self.box, self.away = QCheckBox(curve.name), QPushButton()
         self.box.setChecked(True)
         self.box.setToolTip("Show this kept curve in the plots")
         self.away.setProperty("flat", True)
-        self.away.setAccessibleName(f"Remove the kept curve {trace.name}")
+        self.away.setAccessibleName(f"Remove the kept curve {curve.name}")
         self.away.setToolTip("Remove this kept curve")
         icons.bind(self.away, "close", "ink2", 14)
-        self.box.toggled.connect(lambda on: held.switch(place, on))
-        self.away.clicked.connect(lambda: held.remove(place))
-        hbox(Sample(trace.style.sample), self.box, self.away, into=self, gap=4)
+        self.box.toggled.connect(lambda on: kept.switch(place, on))
+        self.away.clicked.connect(lambda: kept.remove(place))
+        hbox(Sample(curve.style.sample), self.box, self.away, into=self, gap=4)
