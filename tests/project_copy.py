@@ -1,4 +1,7 @@
-"""Run programs and pytest in a copy of the project with one more file, to show that this file is enough."""
+"""Run programs and pytest in a copy of the project with one added file.
+
+This shows that an extension needs no other change.
+"""
 
 import os
 import shutil

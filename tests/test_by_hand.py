@@ -32,7 +32,7 @@ def display():
 
 
 def by_hand(display, folder):
-    """Run tests.by_hand; return its results, and the match of a slope in the text for each push."""
+    """Run tests.by_hand; return its results, and for each push the match object of the slope shown."""
     folder.mkdir()
     environment = {
         **os.environ,

@@ -155,7 +155,7 @@ def home(tmp_path, monkeypatch):
 
 @pytest.fixture
 def closed(home, monkeypatch):
-    """Deny access to everything in the home directory; root could access it in spite of its permissions."""
+    """Deny access to the home directory by replaced calls, because file permissions do not stop root."""
     stat, listed = os.stat, os.scandir
 
     def denied(path):

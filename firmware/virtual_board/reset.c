@@ -20,7 +20,7 @@ static void settle_after_reset(struct board *b)
 	b->plant.motor = motor_force(&b->motor);
 }
 
-// At this point simavr has replaced the next instruction by its own reset.
+// After its watchdog has expired, simavr replaces its function `run` by one that resets the chip.
 void reset_by_watchdog(struct board *b)
 {
 	if (b->avr->run == b->run_one)

@@ -24,6 +24,7 @@ _FIT_SECONDS = 0.015  # s: duration of the fits of the speed before and after a 
 _TREMBLE = 2.0  # a handle is at rest if its positions span at most this many sensor steps
 _REST_SECONDS = 0.5
 _PURRS = (15.0, 40.0)  # Hz: frequency range of the purring; the cat's pitch is 20 to 30 Hz
+_PURR_SPAN = 6.0  # Hz: maximum span of the strong frequencies of one purr, whose frequency varies by 2.4 Hz
 _CLEAR = 6.0  # minimum ratio of a spectral peak to the median of its band
 _RINGS = (5.0, 400.0)  # Hz: frequency range of a ringing surface
 _SWINGS = 6  # minimum number of extremes of a free oscillation for a measurement
@@ -298,8 +299,8 @@ def _purring(samples: Samples, region: Region) -> Measured:
 
 
 def _peaks(strong: np.ndarray) -> bool:
-    """Return True if the strong frequencies in Hz are close together; the pitch varies by 2.4 Hz."""
-    return bool(len(strong)) and float(np.ptp(strong)) < 6.0
+    """Return True if the strong frequencies in Hz can belong to one purr."""
+    return bool(len(strong)) and float(np.ptp(strong)) < _PURR_SPAN
 
 
 def _vibration(samples: Samples, region: Region) -> Measured:

@@ -121,7 +121,7 @@ def warned(key, period=1e-3, **values):
 
 
 def test_an_unstable_integrator_gets_a_warning():
-    """The course's mass in contact is stable up to 0.77 ms (explicit) and 77.7 ms (semi-implicit Euler)."""
+    """The lecture's mass in contact is stable for steps to 0.77 ms (explicit), 77.7 ms (semi-implicit)."""
     course = {"contact_stiffness": 1000.0}
     (line,) = warned("mass_spring_damper", integrator="explicit_euler", **course)
     assert line.startswith("Explicit Euler adds energy")

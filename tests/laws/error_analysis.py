@@ -107,9 +107,9 @@ class Analysis:
     def call(self, x: float, v: float) -> tuple[float, float]:
         """Return one call's force and its error bound.
 
-        If a comparison is within its error of the threshold, the board may take either path: all paths are
-        followed, and the bounds cover them. The values are those of the path in double precision. Raise
-        Unclear if rounding could cause a fault, and Fault if the law ends by a fault.
+        If a compared value differs from the threshold by less than its error, the board may take either path:
+        all paths are followed, and the bounds cover them. The values are those of the path in double
+        precision. Raise Unclear if rounding could cause a fault, and Fault if the law ends with a fault.
         """
         self.zero_sign = False
         before = list(self.values), list(self.errors)

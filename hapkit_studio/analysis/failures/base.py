@@ -55,7 +55,7 @@ class Evidence:
 
     @cached_property
     def trace(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return time and samples; each of about POINTS parts is reduced to its minimum and maximum."""
+        """Return time and samples; each of about POINTS / 2 parts is reduced to its minimum and maximum."""
         x = self.samples
         time = self.step * np.arange(len(x))
         if len(x) <= POINTS:

@@ -30,7 +30,7 @@ def limit(case: base.Case) -> float:
 
 
 def values(method: str) -> dict[str, float]:
-    """Return the course's numbers as the environment's values."""
+    """Return the numbers of the lecture's example as the environment's values."""
     arguments = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
     arguments |= {"contact_damping": 0.0, "rest_position": REST}
     return {**arguments, "integrator": float(INTEGRATORS.index(method))}

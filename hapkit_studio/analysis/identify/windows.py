@@ -257,7 +257,7 @@ class Windows:
         return self._sums(series, kernel, 0)
 
     def zero_order_hold(self, commands: np.ndarray, delay: float | None = None) -> np.ndarray:
-        """Return the mean (windows,) of the delayed zero-order-hold force of commands in N."""
+        """Return the mean force (windows,) if commands in N act after a delay and are held for one period."""
         late = self.delay if delay is None else delay
         edges = np.arange(-self.lead, self.length + 1) * self.period + late
         weight = np.diff(_spline_values(_SPLINE.antiderivative(), edges / (self.piece * self.period), 1.0))

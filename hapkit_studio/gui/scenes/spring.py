@@ -1,4 +1,4 @@
-"""Spring: a coil between a post and the handle, with a dashed line at its centre."""
+"""Spring: a coil between a post and the handle, with a dashed line at the rest position."""
 
 from PySide6.QtCore import QPointF
 

@@ -1,4 +1,7 @@
-"""The step Scale: the user holds the handle at marks, which give zero and scale. Typed radii are a check."""
+"""The step Scale: the user holds the handle at marks, which give zero and scale.
+
+Radii that the user enters are only compared with this scale.
+"""
 
 from PySide6.QtWidgets import QLabel
 

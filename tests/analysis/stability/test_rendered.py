@@ -19,7 +19,7 @@ from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
-# from Diolaiti et al. 2006, simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
+# values of Diolaiti et al. 2006: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
 STIFFNESS, STEP = 1000.0, 20e-6
 
 

@@ -11,7 +11,7 @@ from hapkit_studio.gui.state.background import Job, LatestResult, end_all
 
 @pytest.fixture
 def blocked(qtbot):
-    """Return a worker that echoes its requests, the event that it waits for, and its emitted signals."""
+    """Return a worker that waits for an event and then echoes its request; the event; the emitted signals."""
     may = threading.Event()
     worker = LatestResult(lambda question: (may.wait(), question)[1])
     seen = []
