@@ -1,6 +1,6 @@
 """The header: device list, views, Pause, Record, and the E-stop at the far right. All views share it."""
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
@@ -170,7 +170,7 @@ class Header(QWidget):
 
     def show_recording(self, time: str, possible: bool = True) -> None:
         """Show Stop with the recording's duration, or Record if ``time`` is empty."""
-        state = time, possible, self._compact, self._has_caps
+        state = time, possible, self._compact
         if state == self._recording:
             return
         self._recording = state
@@ -178,7 +178,7 @@ class Header(QWidget):
         usual = "Record", "ink" if possible else "ink3"
         stop = "Stop" if self._compact else f"Stop {time}"
         self.record.set_appearance("record", *((stop, "danger") if time else usual))
-        self.record.set_cap(not time and self._has_caps)
+        self._show_caps()
         self.record.setEnabled(possible)
         self.record.setAccessibleName("Stop recording" if time else "Record")
 
@@ -187,13 +187,34 @@ class Header(QWidget):
         return not self._on_projector and self.width() < theme.px(breakpoints.HEADER_ICONS)
 
     @property
-    def _has_caps(self) -> bool:
+    def _wide(self) -> bool:
         return self._on_projector or self.width() >= theme.px(breakpoints.KEY_CAPS)
 
-    def resizeEvent(self, event) -> None:
+    @property
+    def _has_caps(self) -> bool:
+        """Return True if the key caps fit beside all tabs."""
+        buttons = [] if self._on_projector else [self.pause, self.record]
+        hidden = sum(b.cap_width for b in buttons if b.cap.isHidden() and not b.property("recording"))
+        return self._wide and (self._on_projector or self._row.sizeHint().width() + hidden <= self.width())
+
+    def event(self, event: QEvent) -> bool:
+        """Show or hide the key caps after a tab or a button has changed its width."""
+        done = super().event(event)
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._show_caps()
+        return done
+
+    def _show_caps(self) -> None:
+        has_caps = self._has_caps
         for button in (self.pause, self.record, self.panel):
-            button.set_cap(self._has_caps and not button.property("recording"))
+            shown = has_caps and not button.property("recording")
+            if button.cap.isHidden() == shown:
+                button.set_cap(shown)
+
+    def resizeEvent(self, event) -> None:
+        self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._wide else 0)
+        mark(self.tabs, "compact", not self._wide)
+        for button in (self.pause, self.record, self.panel):
             button.picture.setHidden(self._compact)
-        self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
-        mark(self.tabs, "compact", not self._has_caps)
+        self._show_caps()
         super().resizeEvent(event)

@@ -37,6 +37,11 @@ class ShortcutButton(QPushButton):
         self.word.setText(text)
         self.refresh()
 
+    @property
+    def cap_width(self) -> int:
+        """Return the width in px that the key cap adds to the button."""
+        return self.cap.sizeHint().width() + self._row.spacing()
+
     def set_cap(self, visible: bool) -> None:
         """Show or hide the key cap."""
         self.cap.setVisible(visible)

@@ -358,6 +358,21 @@ def test_gallery_scene_and_panel_shrink_in_smaller_windows(window, qapp):
     assert window.header.stop.cap.isVisible()
 
 
+def test_key_caps_give_way_before_a_tab_moves_into_the_menu(window, qapp):
+    header = window.header
+    settle(qapp, window, (1440, 900))
+    assert header.pause.cap.isVisible()
+    window.actions_by_key.run("session.pause")
+    law = header.tabs.addTab("Law")
+    settle(qapp, window, (1440, 900))
+    assert not header.pause.cap.isVisible()
+    assert not header.tabs.more.isVisible()
+    header.tabs.removeTab(law)
+    window.actions_by_key.run("session.pause")
+    settle(qapp, window, (1440, 900))
+    assert header.pause.cap.isVisible()
+
+
 def test_a_pages_side_column_shrinks_like_the_panel(window, qapp):
     for size in ((1440, 900), (1280, 720)):
         settle(qapp, window, size)
