@@ -59,12 +59,12 @@ class LargeValue(QWidget):
         self.padlock.setToolTip(fixed)
         if self.slider is not None:
             self.slider.setEnabled(not fixed)
-        if isinstance(self.parameter, Choice) or self.quantity is None or self.slider is None:
-            self.figure.setText(self.parameter.text(value))
-            return
-        shown = value * self.quantity.factor
-        self.figure.setText(self.quantity.text(shown))
-        self.slider.show_value(shown)
+        if isinstance(self.parameter, Choice):
+            self.figure.setText(self.parameter.option_label(value))
+        elif self.quantity is not None and self.slider is not None:
+            shown = value * self.quantity.factor
+            self.figure.setText(self.quantity.text(shown))
+            self.slider.show_value(shown)
 
     def step(self, steps: int) -> None:
         """Change the value by some steps of its spin box, or select another option."""

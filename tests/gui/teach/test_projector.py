@@ -194,9 +194,9 @@ def test_each_environment_remembers_its_two_selected_values(window):
     menu = card.values[1].findChild(QPushButton).menu()
     next(action for action in menu.actions() if action.text() == "Damping acts").trigger()
     assert card.chosen == ["stiffness", "damping_mode"]
-    assert card.values[1].figure.text() == "into"
+    assert card.values[1].figure.text() == "On the way in"
     card.step(1, 1)
-    assert card.values[1].figure.text() == "both"
+    assert card.values[1].figure.text() == "Both ways"
     window.studio.choose("free")
     assert card.values == []
     card.step(0, 1)
