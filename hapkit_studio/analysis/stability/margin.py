@@ -73,7 +73,7 @@ def short(margin: Margin) -> str:
         return f"Stable ({hand_text(margin.hand)})"
     if not margin.stable:
         return f"Stiffness {times(1.0 / margin.ratio)} above the limit"
-    return f"Stiffness {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"
+    return f"Stiffness {times(margin.ratio) if margin.ratio < FAR else 'far'} below the limit"
 
 
 def span(ends: tuple[float, float]) -> str:

@@ -141,4 +141,4 @@ _WHOSE = ("in your hand", "after you let go")
 
 
 def _below(margin: Margin) -> str:
-    return f"{times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"
+    return f"{times(margin.ratio) if margin.ratio < FAR else 'far'} below the limit"
