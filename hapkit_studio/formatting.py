@@ -11,9 +11,10 @@ import numpy as np
 
 MINUS = "\N{MINUS SIGN}"
 _WITH_NUMBER = re.compile(
-    r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|[kmµn]?(?:N|m|s|g|Hz|J)(?:[·/][ms]²?)*)(?!\w)|× (?=\d)"
+    r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|1/s|[kmµn]?(?:N|m|s|g|Hz|J)²?(?:[·/][ms][²³]?)*)(?!\w)"
+    r"|× (?=\d)"
 )
-_SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
+_SLASH = re.compile(r"(?<=[Nms1²])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
 _MOST_DECIMALS = 12
 _LONGEST_SHOWN = 40  # maximum number of characters of a foreign text in a message

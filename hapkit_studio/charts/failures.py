@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio.charts import style
-from hapkit_studio.formatting import compact, on_screen
+from hapkit_studio.formatting import compact, on_screen, unbroken
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Chart, Evidence, Shown, Try
@@ -92,7 +92,7 @@ def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: 
     if letters > _LONG and limit:
         far = f"{knob.symbol or knob.label} = {on_screen(one.value, knob.unit, 5)}"
         place, size = f"{word}, {far}, {compact(one.value / limit, 3)} × the limit", style.TEXT
-    title = fill(f"{sign} {place}: {clauses(found.text)[0].lower()}", letters)
+    title = fill(unbroken(f"{sign} {place}: {clauses(found.text)[0].lower()}"), letters)
     axes.set_title(title, size=size, color=color, loc="left")
     style.style_axes(axes, c, _time_label(one), f"{power} {found.unit}".strip())
     axes.locator_params(axis="y", nbins=4)

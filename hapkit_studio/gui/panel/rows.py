@@ -76,7 +76,7 @@ class ChoiceRow(QWidget):
 
 def _label_text(parameter: Parameter) -> str:
     """Return label and symbol as HTML, with no line break before the symbol."""
-    symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(parameter.symbol))
+    symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(parameter.symbol)).replace("1/", "1/\N{WORD JOINER}")
     text = rich(parameter.label)
     gap = "&nbsp;" if " " in text else " "
     return f'{text}{gap}<i style="font-family: serif">{symbol}</i>' if symbol else text
