@@ -256,7 +256,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
     reach, row, low = max(1.3, _AXIS_FACTOR * max(best, default=1.0)), 0.0, 0.0
     quiet = {"size": TICK, "color": c.ink3, "va": "center"}
     right.text(0.45, -0.9, "Rate", ha="right", **quiet)
-    right.text(1.0, -0.9, "Stable up to", ha="right", **quiet)
+    right.text(0.97, -0.9, "Stable up to", ha="right", **quiet)
     for place, options in options_by_location(scene):
         names.text(0.02, row, place.capitalize(), **quiet)
         row += 0.9
@@ -276,7 +276,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             right.text(0.45, row, hertz(option.rate), ha="right", **plain)
             limit = limit_text(option.limit).removeprefix("stable up to ").removeprefix("limit ")
             limit = limit.removesuffix(" stable")
-            right.text(1.0, row, limit, ha="right", **plain)
+            right.text(0.97, row, limit, ha="right", **plain)
             row += 1.0
     bottom = max(row, _FEWEST_ROWS)
     # the lines are drawn below the labels

@@ -23,9 +23,7 @@ Paint = Callable[[Any, Colors], object]
 
 TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
-# pt: width for ticks and titles of an axis; it is generous, because a tight width makes the layout slow
-# largest height of the legend, as a fraction of the height of the figure
-_TICKS, _MOST = 100.0, 0.34
+_MOST = 0.34  # largest height of the legend, as a fraction of the height of the figure
 _LETTER = 6.4  # pt: width of a character of a caption
 _DPI, _PAD = 110, 0.12  # resolution in dots per inch; padding around the axes in inches
 # colour tokens that do not fade while the data are out of date
@@ -101,8 +99,7 @@ def number_ticks(axis: Any) -> None:
 def legend(axes: Any, c: Colors) -> None:
     """Put the legend above the axes in as few rows as possible; hide it if the axes become too small."""
     names = axes.get_legend_handles_labels()[1]
-    box = axes.figure.bbox
-    share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
+    box, wide = axes.figure.bbox, axes.get_subplotspec().get_position(axes.figure).width
     for rows in range(1, len(names) + 1):
         columns = -(-len(names) // rows)
         made = axes.legend(
@@ -110,7 +107,8 @@ def legend(axes: Any, c: Colors) -> None:
             labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.2, handlelength=1.7, labelspacing=0.3,
         )  # fmt: skip
         taken = made.get_window_extent()
-        if taken.width <= share * box.width - _TICKS * axes.figure.dpi / 72.0:
+        # a legend wider than the axes before the layout would leave unused space at their right
+        if taken.width <= wide * box.width:
             made.set_visible(taken.height <= _MOST * box.height)
             return
 
