@@ -7,7 +7,7 @@ from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QRect, Qt, QUrl
+from PySide6.QtCore import QPoint, QRect, QSize, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
@@ -103,8 +103,11 @@ class StepDot(QPushButton):
         theme.changed.connect(self._fit)
         self._fit()
 
+    def sizeHint(self) -> QSize:
+        return QSize(1, 1) * theme.px(_DOT)
+
     def _fit(self) -> None:
-        self.setFixedSize(theme.px(_DOT), theme.px(_DOT))
+        self.setFixedSize(self.sizeHint())
 
     def show_state(self, done: bool, current: bool) -> None:
         """Show whether the step is done and whether it is open."""
