@@ -5,6 +5,7 @@ import math
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.formatting import MINUS, compact, interval, number, on_screen
+from hapkit_studio.parameters import Choice
 
 # display units: the name, and how many of them make one SI unit
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
@@ -177,7 +178,7 @@ def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
     values = []
     for p in known.parameters if known else ():
         value = setup.values[p.key]
-        values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
+        values.append((p.label, p.phrase(value) if isinstance(p, Choice) else on_screen(value, p.unit)))
     grip = setup.grip
     hand = "none" if released or (setup.handle and setup.hold_known) else "not known"
     if grip:

@@ -19,6 +19,7 @@ from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.widgets import icons, strokes
 from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.parameters import Choice
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,9 @@ def settings_name(environment: Environment, values: dict[str, float]) -> str:
     """Return a name for settings: the environment, its first parameter, and non-default parameters."""
     first = environment.parameters[:1]
     shown = [p for p in environment.parameters if p in first or values[p.key] != p.default]
-    return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in shown)])
+    texts = [(p.phrase if isinstance(p, Choice) else p.text)(values[p.key]) for p in shown]
+    names = [p.symbol or p.label for p in shown]
+    return ", ".join([environment.title, *map(" ".join, zip(names, texts, strict=True))])
 
 
 class KeptCurves(QObject):

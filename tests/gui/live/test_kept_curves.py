@@ -75,6 +75,8 @@ def test_a_curve_is_named_by_its_settings():
     wall = LIBRARY["wall"]
     assert settings_name(wall, wall.values()) == "Wall, k 250 N/m"
     assert settings_name(wall, wall.values({"damping": 2.0})) == "Wall, k 250 N/m, b 2 N·s/m"
+    both = wall.values({"damping_mode": 1.0})
+    assert settings_name(wall, both) == "Wall, k 250 N/m, Damping acts both ways"
     assert settings_name(LIBRARY["free"], {}) == "Free"
 
 
