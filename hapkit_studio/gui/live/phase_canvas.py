@@ -216,6 +216,11 @@ class PhaseCanvas(Canvas):
         self.band = self._band_of(curve)
         self._repaint()
 
+    @property
+    def has_theory(self) -> bool:
+        """Return True if a band is shown."""
+        return self._curve is not None
+
     def _band_of(self, curve: Curve | None) -> Band:
         return _NO_BAND if curve is None else Band(curve.x * self.plot_of.scale, curve.force, curve.even)
 

@@ -22,6 +22,8 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
 _CYCLE_FRAMES = 30  # number of frames between updates of the energy per cycle
+_GAP = 7
+_BESIDE_KEY = 14 + RIGHT + 6 + 3 * _GAP  # px: margins and gaps of the header line
 _LOW = 450  # px: below this height either the plot or the cursor table is shown
 
 
@@ -74,7 +76,7 @@ class ForcePosition(QWidget):
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
             self._stack.addWidget(pane)
-        head = hbox(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
+        head = hbox(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=_GAP)
         self.cursors = CursorCard(cursors)
         self.cursors.fitted.connect(self.canvas.show_line)
         self.cursors.unfolded.connect(lambda: self._stack.setHidden(self.cursors.covers))
@@ -85,6 +87,14 @@ class ForcePosition(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.cursors.set_low(self.height() < theme.px(_LOW))
+        self._show_key()
+
+    def _show_key(self) -> None:
+        """Show the sample of the theory if there is a theory and space for the sample."""
+        parts = self.title, *self.theory, self.switch
+        fits = sum(part.sizeHint().width() for part in parts) + _BESIDE_KEY <= self.width()
+        for part in self.theory:
+            part.setVisible(fits and self.pane is None and self.canvas.has_theory)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Compute theory and limits (N) for another environment or other values."""
@@ -157,8 +167,6 @@ class ForcePosition(QWidget):
         self._stack.setCurrentWidget(self.pane or self.canvas)
         self.title.setVisible(self.pane is None)
         self._show_note()
-        for part in self.theory:
-            part.hide()
         if self.pane is None:
             other = self.plots[index] is not self.canvas.plot_of
             self.canvas.set_plot(self.plots[index])
@@ -166,6 +174,7 @@ class ForcePosition(QWidget):
             if other or not self.view.locked:
                 self.canvas.fit_theory()
         self._felt_row.setVisible(self._over_position)
+        self._show_key()
 
     @property
     def pane(self) -> TimePlots | None:
@@ -227,5 +236,4 @@ class ForcePosition(QWidget):
             plot = self.canvas.plot_of
             curve = None if self._hidden else self._theory(plot)
             self.canvas.set_theory(curve, self._max_force)
-            for part in self.theory:
-                part.setVisible(curve is not None)
+            self._show_key()
