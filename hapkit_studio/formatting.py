@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 MINUS = "\N{MINUS SIGN}"
-_WITH_NUMBER = re.compile(
-    r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|1/s|[kmµn]?(?:N|m|s|g|Hz|J)²?(?:[·/][ms][²³]?)*)(?!\w)"
-    r"|× (?=\d)"
-)
+_UNIT = r"JND|1/s|[kmµn]?(?:N|m|s|g|Hz|J)²?(?:[·/][ms][²³]?)*"
+_WITH_NUMBER = re.compile(rf"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|{_UNIT})(?!\w)|× (?=\d)")
 _SLASH = re.compile(r"(?<=[Nms1²])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
 _MOST_DECIMALS = 12

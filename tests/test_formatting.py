@@ -107,7 +107,9 @@ def test_a_number_stays_on_the_line_of_its_unit_and_other_words_may_wrap():
         "Calm, 36\u00a0×\u00a0below\u00a0the\u00a0limit of 1,002\u00a0N/\u2060m at 2\u00a0N·s/\u2060m, "
         "5\u00a0mm and 30\u00a0% in 4 more steps, 10 mixed."
     )
-    assert unbroken("0.06 1/s, 0.01 m²/s³") == "0.06\u00a01/\u2060s, 0.01\u00a0m²/\u2060s³"
+    assert unbroken("5.5 JND, 0.06 1/s, 0.01 m²/s³") == (
+        "5.5\u00a0JND, 0.06\u00a01/\u2060s, 0.01\u00a0m²/\u2060s³"
+    )
     assert unbroken("either/or, 9.8 m/s² in /media/sound") == "either/or, 9.8\u00a0m/\u2060s² in /media/sound"
 
 

@@ -157,6 +157,7 @@ class IdentifyPage(MeasuringPage):
         self.released = QCheckBox("No hand held the handle")
         self.how, body = label(_HOW), QWidget()
         self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.how.setContentsMargins(16, 0, 16, 0)
         vbox(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
         self.build(body)
         self._example: Identified | None = None
