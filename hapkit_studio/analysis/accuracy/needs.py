@@ -27,8 +27,6 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import MINUS
 from hapkit_studio.haptics import headless
-from hapkit_studio.haptics.board_plan import BoardPlanner
-from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Parameter
 
 FINE_RATE = 16_000.0  # Hz: rate of the reference loop, which is practically continuous
@@ -128,7 +126,12 @@ class _Rendered:
 
     def __init__(self, environment: Environment, force_share: float = FORCE_SHARE):
         self.environment, self._force_share = environment, force_share
-        self._whole: dict[str, np.ndarray] = {}
+        self._whole: dict[tuple, np.ndarray] = {}
+
+    def hands(self, gone: Sequence[str]) -> list[Trial]:
+        """Return the trials that show the effect of removing some terms; PUSH is the last one."""
+        scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
+        return [trial for trial in scripted if tuple(gone) != ("mass",) or trial.holds]
 
     def run(
         self,
@@ -151,20 +154,20 @@ class _Rendered:
         scene = headless.Scene(environment, values, device, loop, true_velocity="filter" in removed)
         return trials.render(scene, trial)
 
-    def difference(self, trial: Trial, gone: Iterable[str]) -> Difference:
-        """Return the felt difference between a trial with all terms and the same trial without some terms."""
-        if trial.label not in self._whole:
-            self._whole[trial.label] = self.run(trial, ())
-        return self._felt(trial, self._whole[trial.label], self.run(trial, gone))
+    def difference(self, trial: Trial, gone: Iterable[str], **how: float) -> Difference:
+        """Return the felt difference between a trial with all terms and the same trial without some terms.
 
-    def _felt(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+        ``how`` are arguments of ``run``.
+        """
+        key = trial.label, *how.items()
+        if key not in self._whole:
+            self._whole[key] = self.run(trial, (), **how)
+        one, other = self._whole[key], self.run(trial, gone, **how)
         return trials.felt(self.environment, trial, one, other, self._force_share)
 
     def effect(self, label: str, gone: Sequence[str]) -> Effect:
         """Return the largest felt difference, over all hands, that is caused by removing some terms."""
-        scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
-        if tuple(gone) == ("mass",):
-            scripted = [trial for trial in scripted if trial.holds]
+        scripted = self.hands(gone)
         tried = [(self.difference(trial, gone), trial.label) for trial in scripted]
         if max((one.most for one, _ in tried), default=0.0) <= 1.0:
             for trial in (variant for one in scripted[:-1] for variant in trials.variants(one)):
@@ -178,22 +181,17 @@ class _Rendered:
     def since(self, term: str) -> float:
         """Return the highest rate, or the least delay or stiffness, at which a term is felt."""
 
-        def felt(**how: float) -> float:
-            found = []
-            for trial in [*trials.scripts(self.environment), trials.script(PUSH)]:
-                if term != "mass" or trial.holds:
-                    runs = [self.run(trial, gone, **how) for gone in ((), (term,))]
-                    found.append(self._felt(trial, *runs).most)
-            return max(found, default=0.0)
+        def found(setting: str, places: np.ndarray) -> float:
+            hands = self.hands((term,))
+            tried = [[self.difference(t, (term,), **{setting: at}).most for t in hands] for at in places]
+            return crossing(places, [max(felt, default=0.0) for felt in tried])
 
         if term == "sampling":
-            return crossing(RATES[::-1], [felt(rate=rate) for rate in RATES[::-1]])
+            return found("rate", RATES[::-1])
         if term == "delay":
-            return crossing(DELAYS, [felt(delay=delay) for delay in DELAYS])
+            return found("delay", DELAYS)
         wanted = stiffness_of(self.environment)
-        if wanted is None:
-            return math.nan
-        return wanted.default * crossing(STIFFER, [felt(stiffer=share) for share in STIFFER])
+        return wanted.default * found("stiffer", STIFFER) if wanted else math.nan
 
 
 def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
@@ -232,14 +230,14 @@ def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
 
     The limits are those of the law with and without the term, each at its own rate and delay.
     """
-    planner, found = BoardPlanner(ARENA), []
+    found = []
     for parameter in environment.parameters:
         if not isinstance(parameter, Parameter) or not parameter.low <= 0.0 < parameter.high:
             continue
         pair = []
         for value in (parameter.default or 0.5 * parameter.high, 0.0):
             question = SceneRequest(environment, {**environment.values(), parameter.key: value})
-            pair.append(loop_of(question, (ON_BOARD, question.options, question.estimator), planner))
+            pair.append(loop_of(question, ON_BOARD, question.options))
         full, bare = pair
         if isinstance(full, Option) and isinstance(bare, Option) and full.tick >= (1.0 + LEAST) * bare.tick:
             limits = [limit_of(question, bare.options, o.rate, o.delay, "kalman") for o in (full, bare)]
@@ -264,11 +262,8 @@ def compute(
         effects.append(replace(found, since=rendered.since(key), limit=limit, without=without))
     progress(steps - 1, steps)
     spare = sorted((e for e in effects if not e.needed), key=lambda e: e.felt or 0.0)
-    together = rendered.effect("together", [e.term for e in spare])
-    while together.needed:
+    while (together := rendered.effect("together", [e.term for e in spare])).needed:
         spare.pop()
-        together = rendered.effect("together", [e.term for e in spare])
-    removed = {e.term for e in spare}
     progress(steps, steps)
-    needs = tuple(key for key in TERMS if key not in removed)
+    needs = tuple(e.term for e in effects if e not in spare)
     return Needs(environment.key, tuple(effects), needs, together, law_terms(environment))

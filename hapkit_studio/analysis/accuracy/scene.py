@@ -159,9 +159,10 @@ class Ideal:
 
     def rate(self, trial: Trial) -> float:
         """Return the ideal's rate in Hz: at twice this rate the result differs by less than KNOWN."""
-        rate = self.rates.get(trial.label, SLOWEST_IDEAL)
+        q, rate = self._question, self.rates.get(trial.label, SLOWEST_IDEAL)
         while trial.label not in self.rates:
-            change = self._difference(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
+            one, other = (self._render(trial, q.exact, at) for at in (2.0 * rate, rate))
+            change = trials.felt(q.environment, trial, one, other).most
             if rate >= FASTEST_IDEAL or change < KNOWN:
                 self.rates[trial.label] = rate
             else:
@@ -170,7 +171,8 @@ class Ideal:
 
     def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
         """Return the felt difference of an option from the ideal, if only the given parts are real."""
-        return self._difference(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
+        one, other = (self.render(trial, option, parts) for parts in (frozenset[str](), real))
+        return trials.felt(self._question.environment, trial, one, other)
 
     def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
         """Return the rows of an option of which only the given parts are real."""
@@ -192,14 +194,14 @@ class Ideal:
         the result. The other contributions are computed from all combinations of the remaining parts.
         """
         trial = next(t for t in self.trials if t.label == option.hand)
-        every = frozenset(PARTS)
+        seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
 
-        def matters(part: str) -> bool:
-            alone = frozenset((part,))
-            pairs = (every, every - alone), (alone, frozenset[str]())
-            return any(self.differ(trial, option, *pair) for pair in pairs)
+        def differ(*pair: set[str]) -> bool:
+            one, other = (self.render(trial, option, frozenset(real))[:, seen] for real in pair)
+            return not np.array_equal(one, other, equal_nan=True)
 
-        live = [part for part in PARTS if matters(part)]
+        every = set(PARTS)
+        live = [part for part in PARTS if differ(every, every - {part}) or differ({part}, set())]
         value = {
             real: min(self.error(trial, option, real).most, _MOST)
             for size in range(len(live) + 1)
@@ -217,22 +219,17 @@ class Ideal:
         for times in (1.0, 2.0):
             rate, apart = times * option.rate, 0.0
             for trial in self.trials:
-                pair = [
-                    self._render(trial, options, rate, 0.0, None, 0.0, math.inf)[:, rows.TRUE_POSITION]
-                    for options in (self._question.exact, option.options)
-                ]
-                apart = max(apart, float(np.abs(pair[0] - pair[1]).max()) / PLACE)
+                both = self._question.exact, option.options
+                exact, own = (self._render(trial, one, rate)[:, rows.TRUE_POSITION] for one in both)
+                apart = max(apart, float(np.abs(exact - own).max()) / PLACE)
             telemetry = FRAME * (board_plan.frames(rate) - times * board_plan.frames(option.rate))
             found.append((times * option.cycles + telemetry, apart))
         return tuple(found)
 
-    def differ(self, trial: Trial, option: Option, *pair: frozenset[str]) -> bool:
-        """Return True if two sets of real parts lead to different values in a column that is seen or felt."""
-        seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
-        one, other = (self.render(trial, option, real)[:, seen] for real in pair)
-        return not np.array_equal(one, other, equal_nan=True)
-
-    def _render(self, trial: Trial, options: Options, rate, delay, spec: Spec | None, quantum, force):
+    def _render(
+        self, trial: Trial, options: Options, rate, delay=0.0, spec: Spec | None = None, quantum=0.0,
+        force=math.inf,
+    ):  # fmt: skip
         key = trial.label, options, rate, delay, repr(spec), quantum, force
         if key not in self.rendered:
             q, loop = self._question, LoopSettings(rate, delay, "difference" if spec is None else spec)
@@ -241,12 +238,6 @@ class Ideal:
             scene = headless.Scene(*given, true_velocity=spec is None, designed_for=q.device.quantum)
             self.rendered[key] = trials.render(scene, trial)
         return self.rendered[key]
-
-    def _ideal(self, trial: Trial, rate: float) -> np.ndarray:
-        return self._render(trial, self._question.exact, rate, 0.0, None, 0.0, math.inf)
-
-    def _difference(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
-        return trials.felt(self._question.environment, trial, one, other)
 
 
 def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[str, float]:
@@ -421,12 +412,7 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
     """
     device, environment = question.device, question.environment
     setting = LoopSettings(
-        mass=device.mass,
-        viscous=device.viscous,
-        quantum=device.quantum,
-        rate=rate,
-        delay=delay,
-        estimator=spec,
+        rate, delay, spec, mass=device.mass, viscous=device.viscous, quantum=device.quantum
     )
     if setting.linear and objects.has_object(environment):
         return objects.contact_limit(setting, environment.key, question.with_options(options))
@@ -434,22 +420,22 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
     return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
 
 
-Way = tuple[Place, Options, Spec]  # place, methods, velocity estimator
 # Cache of the reasons why the board has no code for a law. The key contains the law, its choices, and whether
 # each number is 0, because the code does not depend on other values of the numbers.
 _REFUSED: dict[tuple, str] = {}
 
 
-def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option | str:
+def loop_of(question: SceneRequest, place: Place, options: Options) -> Option | str:
     """Return an option with its rate, delay, cost and limit, or the reason why the board cannot render it."""
-    place, options, spec = way
+    spec = question.spec(place.name)
     rate, cycles, tick = place.rate, math.nan, math.nan
     delay = 1.0 / rate if place.delay is None else place.delay
     if place.name == BOARD:
         values, environment = question.with_options(options), question.environment
         numbers = [(values[p.key], p.discrete) for p in environment.parameters]
         shape = environment.force, tuple(v if discrete else v == 0.0 for v, discrete in numbers)
-        planned = _REFUSED.get(shape) or planner.plan(PlanRequest(environment, values, rate=place.rate))
+        request = PlanRequest(environment, values, rate=place.rate)
+        planned = _REFUSED.get(shape) or BoardPlanner(ARENA).plan(request)
         if isinstance(planned, str):
             return _REFUSED.setdefault(shape, planned)
         rate, cycles, tick = planned.rate, CLOCK * planned.share, planned.program.usual
@@ -461,11 +447,11 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
     """Compute every option of a scene with its error; ``split`` then splits the errors into parts."""
-    ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
+    ideal, found, refused = Ideal(question), [], {}
     every = list(product(question.places, question.methods()))
     for done, (place, options) in enumerate(every):
         progress(done, len(every))
-        option = loop_of(question, (place, options, question.spec(place.name)), planner)
+        option = loop_of(question, place, options)
         if isinstance(option, str):
             refused[question.options_text(options)] = option
         else:
@@ -485,15 +471,15 @@ def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
 
     This is quick, because the earlier result contains the ideal's rates.
     """
-    rates = {method: min(rate, LIVE_IDEAL) for method, rate in before.ideal.rates.items()}
-    ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
+    rates = {trial: min(rate, LIVE_IDEAL) for trial, rate in before.ideal.rates.items()}
+    ideal, options, found = Ideal(question, rates), question.options, []
     for place in question.places:
-        way = place, question.options, question.spec(place.name)
-        known = before.find(place.name, way[1]) if place in before.question.places else None
-        option = known or loop_of(question, way, planner)
+        known = before.find(place.name, options) if place in before.question.places else None
+        option = known or loop_of(question, place, options)
         if not isinstance(option, str):
-            limit = limit_of(question, way[1], option.rate, option.delay, way[2])
-            option = _judged(replace(option, estimator=way[2], limit=limit, parts=()), ideal)
+            spec = question.spec(place.name)
+            limit = limit_of(question, options, option.rate, option.delay, spec)
+            option = _judged(replace(option, estimator=spec, limit=limit, parts=()), ideal)
         found.append(option)
     return found
 

@@ -12,18 +12,9 @@ from hapkit_studio.analysis.accuracy import Accuracy, texts
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet
-from hapkit_studio.analysis.accuracy.scene import (
-    Option,
-    Place,
-    SceneRequest,
-    SceneResult,
-    delay_text,
-    hertz,
-    jnd,
-)
+from hapkit_studio.analysis.accuracy.scene import Option, Place, SceneRequest, SceneResult, jnd
 from hapkit_studio.analysis.perception import FORCE_SHARE, THRESHOLDS
 from hapkit_studio.charts import accuracy as charts
-from hapkit_studio.charts.accuracy import accuracy_figure, felt_text
 from hapkit_studio.charts.experiments import threshold_text
 from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
@@ -72,7 +63,7 @@ class Part(MeasuringPage):
         from hapkit_studio.commands.accuracy import as_json
 
         found, board = self.result, self.board
-        return lambda path: accuracy_figure(found, path, board), lambda: as_json(found)
+        return lambda path: charts.accuracy_figure(found, path, board), lambda: as_json(found)
 
 
 class MethodsPart(Part):
@@ -264,8 +255,8 @@ class ScenePart(Part):
         self.show_in_force([result.in_force(place.name) or refused for place in q.places])
         estimator = estimator_texts(q.estimator)[1]
         self.conditions.show_pairs([
-            ("Velocity estimate", estimator), ("Delay", delay_text(result.options)),
-            ("Ideal scene", f"solved exactly at {hertz(result.ideal_rate)}"),
+            ("Velocity estimate", estimator), ("Delay", this_scene.delay_text(result.options)),
+            ("Ideal scene", f"solved exactly at {this_scene.hertz(result.ideal_rate)}"),
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
@@ -452,18 +443,16 @@ def need_text(found: Needs, effect: Effect) -> str:
     """Describe whether a scene needs a term."""
     if effect.felt is None:
         return "In this scene, no hand holds the handle, so the mass of the handle cannot be left out."
+    if effect.needed:
+        return "The scene needs this property."
     if effect.term in found.needs:
         return (
-            "The scene needs this property."
-            if effect.needed
-            else "If only this property is left out, you feel no difference. If this property and others "
-            "are left out, you feel one."
+            "If only this property is left out, you feel no difference. If this property and others are left "
+            "out, you feel one."
         )
-    return (
-        "Only the most sensitive people notice if this property is missing."
-        if effect.differs
-        else "The scene does not need this property."
-    )
+    if effect.differs:
+        return "Only the most sensitive people notice if this property is missing."
+    return "The scene does not need this property."
 
 
 def _term_column(head: str, index: int) -> Column:
@@ -471,7 +460,7 @@ def _term_column(head: str, index: int) -> Column:
         if row[1] is None:
             return ""
         found = row[1].effects[index]
-        return felt_text(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
+        return charts.felt_text(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
 
     def needed(row: Row) -> bool:
         return row[1] is not None and tuple(TERMS)[index] in row[1].needs

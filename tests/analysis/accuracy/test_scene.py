@@ -16,8 +16,6 @@ from hapkit_studio.analysis.accuracy.scene import KNOWN, Ideal, Option, Place, S
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.board_plan import BoardPlanner
-from hapkit_studio.laws.machine import ARENA
 from tests.analysis.accuracy.reference_loop import Kalman, rendered
 from tests.laws.twins import Plain
 
@@ -71,7 +69,7 @@ def test_parts_add_up_and_a_lead_of_half_a_step_compensates_a_delay():
 def test_a_methods_own_error_decreases_by_its_order_at_twice_the_rate(integrator, order):
     mass = LIBRARY["mass_spring_damper"]
     question = SceneRequest(mass, mass.values({"integrator": integrator}), "kalman")
-    option = scene.loop_of(question, (scene.ON_BOARD, question.options, "kalman"), BoardPlanner(ARENA))
+    option = scene.loop_of(question, scene.ON_BOARD, question.options)
     (cycles, error), (twice, smaller) = Ideal(question).own(option)
     assert error / smaller == pytest.approx(2.0**order, rel=0.15)
     assert cycles == pytest.approx(option.cycles)
