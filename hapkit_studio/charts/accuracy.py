@@ -118,30 +118,21 @@ _SIZE = 9.0
 _FLAT = 0.3  # if the observed order is lower, smaller steps no longer help
 
 
-class AccuracyAxes:
-    """Log-log axes of error over cost, in µs or million cycles."""
-
-    def __init__(self, sheet: "Sheet", board: bool = False):
-        self.board, self._scale = board, 1e-6 if board else 1e-3
-        self._floor, (self.factor, self.unit) = _FLOOR[sheet.scene.unit], texts.unit(sheet.scene)
-        self.points = [p for p in sheet.points if math.isfinite(p.cost(board))]
-        costs, errors = zip(*map(self.place, self.points), strict=True)
-        errors = *errors, sheet.scene.tolerance * self.factor
-        self.right = max(*costs, CLOCK * 1e-6 if board else 0.0) * 1.6
-        self.box = {"xlim": (min(costs) / 1.6, self.right), "ylim": (min(errors) / 4.0, max(errors) * 4.0)}
-
-    def place(self, point: "Point") -> tuple[float, float]:
-        """Return the position of a point; errors below the floor are drawn at the floor."""
-        return point.cost(self.board) * self._scale, min(max(point.error, self._floor), _MOST) * self.factor
-
-
 def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) -> None:
     """Draw one chart of methods."""
     from matplotlib.patheffects import withStroke
     from matplotlib.ticker import LogLocator
 
-    axes, frame = figure.add_subplot(), AccuracyAxes(sheet, board)
-    axes.set(xscale="log", yscale="log", **frame.box)
+    axes, (factor, unit), floor = figure.add_subplot(), texts.unit(sheet.scene), _FLOOR[sheet.scene.unit]
+
+    def place(point: "Point") -> tuple[float, float]:
+        return point.cost(board) * (1e-6 if board else 1e-3), min(max(point.error, floor), _MOST) * factor
+
+    drawn, limit = [p for p in sheet.points if math.isfinite(p.cost(board))], sheet.scene.tolerance * factor
+    costs, errors = zip(*map(place, drawn), strict=True)
+    low, top = min(*errors, limit) / 4.0, max(*errors, limit) * 4.0
+    right = max(*costs, CLOCK * 1e-6 if board else 0.0) * 1.6
+    axes.set(xscale="log", yscale="log", xlim=(min(costs) / 1.6, right), ylim=(low, top))
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
     axes.minorticks_off()
     cost = (
@@ -149,39 +140,38 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         if board
         else "µs of computing per simulated second"
     )
-    style_axes(axes, c, cost, f"{sheet.scene.error}, {frame.unit}")
-    limit, (low, top) = sheet.scene.tolerance * frame.factor, frame.box["ylim"]
+    style_axes(axes, c, cost, f"{sheet.scene.error}, {unit}")
     axes.axhspan(low, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
     axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
     if board:
         axes.axvline(CLOCK * 1e-6, color=c.ink2, linewidth=1.8, zorder=2.5)
-        beyond = CLOCK * 1e-6, frame.right
+        beyond = CLOCK * 1e-6, right
         axes.axvspan(*beyond, facecolor="none", edgecolor=c.line, hatch="///", linewidth=0.0, zorder=0.6)
     best = front(sheet.points, board)
     if best:  # draw the band along the Pareto front as a staircase
-        places = [frame.place(point) for point in best]
-        x, y = zip((places[0][0], top), *places, (frame.right, places[-1][1]), strict=True)
+        places = [place(point) for point in best]
+        x, y = zip((places[0][0], top), *places, (right, places[-1][1]), strict=True)
         band = {"where": "post", "linewidth": 7.2, "solid_joinstyle": "miter", "zorder": 2.0}
         rim = [withStroke(linewidth=11.2, foreground=c.ink2)]
         axes.step(x, y, color=c.theory, path_effects=rim, label="Pareto front", **band)
     orders: list[Label] = []
     for key, name in sheet.methods.items():
-        points = [p for p in sheet.line(key) if p in frame.points]
+        points = [p for p in sheet.line(key) if p in drawn]
         shape, token = marker_and_color(key)
         color, sound = getattr(c, token), [p for p in points if math.isfinite(p.error)]
         if sound:
-            axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
+            axes.plot(*zip(*map(place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
         # only lines over several steps get a legend entry; points with the same step get their own labels
         # below
         if len({p.step_s for p in sound}) > 1:
             axes.plot([], [], shape, color=color, markersize=_SIZE, label=name)
             if (order := sheet.order(key)) > _FLAT:
-                orders.append(Label(*frame.place(sound[-1]), f"{order:.2f}", color, bold=True))
+                orders.append(Label(*place(sound[-1]), f"{order:.2f}", color, bold=True))
         for point in points:
             filled = math.isclose(point.step_s, STEP)
             spread = 0.0 if board else point.spread * 1e-3
             axes.errorbar(
-                *frame.place(point), xerr=spread, fmt=shape, ecolor=color, elinewidth=1.0,
+                *place(point), xerr=spread, fmt=shape, ecolor=color, elinewidth=1.0,
                 markersize=_SIZE,
                 markeredgecolor=color, markerfacecolor=color if filled else c.plot, markeredgewidth=1.5,
                 zorder=5 if filled else 4,
@@ -189,13 +179,13 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     legend(axes, c)
     figure.figure.draw_without_rendering()
     tolerance = f"within {texts.tolerance_text(sheet.scene.tolerance, sheet.scene)}"
-    found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
+    found = [Label(right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
         found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))
     # all points have the same step, so label each point with its option
-    if len({p.step_s for p in frame.points}) == 1:
-        sound = [p for p in frame.points if math.isfinite(p.error)]
-        found += [Label(*frame.place(p), p.label, getattr(c, marker_and_color(p.method)[1])) for p in sound]
+    if len({p.step_s for p in drawn}) == 1:
+        sound = [p for p in drawn if math.isfinite(p.error)]
+        found += [Label(*place(p), p.label, getattr(c, marker_and_color(p.method)[1])) for p in sound]
     write_labels(axes, c, found)
 
 

@@ -6,8 +6,8 @@ law and the simulated handle.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -42,13 +42,13 @@ def _reversal(speed: float) -> Signal:
     return speed * np.minimum(T, _TURNED_AT) + turn - speed * back, speed * np.cos(np.pi * share)
 
 
-SIGNALS: dict[str, tuple[str, Callable[[], Signal]]] = {
-    "tremor": (f"Hand tremor ±{1e6 * _TREMOR:.0f} µm at 8 Hz", cache(lambda: _sine(_TREMOR, 8.0, _START))),
-    "slow": ("Steady 5 mm/s", cache(lambda: _ramp(0.005))),
-    "steady": ("Steady 100 mm/s", cache(lambda: _ramp(0.1))),
-    "swing": ("20 mm at 1 Hz", cache(lambda: _sine(0.02, 1.0))),
-    "shake": ("2 mm at 8 Hz", cache(lambda: _sine(0.002, 8.0))),
-    "reversal": ("Reversal at 200 mm/s", cache(lambda: _reversal(0.2))),
+SIGNALS: dict[str, tuple[str, Signal]] = {
+    "tremor": (f"Hand tremor ±{1e6 * _TREMOR:.0f} µm at 8 Hz", _sine(_TREMOR, 8.0, _START)),
+    "slow": ("Steady 5 mm/s", _ramp(0.005)),
+    "steady": ("Steady 100 mm/s", _ramp(0.1)),
+    "swing": ("20 mm at 1 Hz", _sine(0.02, 1.0)),
+    "shake": ("2 mm at 8 Hz", _sine(0.002, 8.0)),
+    "reversal": ("Reversal at 200 mm/s", _reversal(0.2)),
 }
 JUDGED_FROM = round(0.3 * RATE)
 SHORT = {key: key.upper() if key in ("iir", "foaw") else key.capitalize() for key in ESTIMATORS}
@@ -78,7 +78,7 @@ def label(key: str, options: dict[str, float]) -> str:
 
 def estimated(spec: tuple[str, dict[str, float]], signal: str, times: int = 1) -> Motion:
     """Return the estimation of a signal's velocity; its error is the rms from JUDGED_FROM on."""
-    position, velocity = SIGNALS[signal][1]()
+    position, velocity = SIGNALS[signal][1]
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, max_force=math.inf)
     law = environments.named("damping")
     loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()

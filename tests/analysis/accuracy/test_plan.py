@@ -6,11 +6,13 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import plan, texts
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet, front
-from hapkit_studio.charts.accuracy import AccuracyAxes
+from hapkit_studio.charts.accuracy import draw_methods
+from hapkit_studio.charts.style import colors
 from hapkit_studio.cli import main
 from hapkit_studio.haptics.board_plan import frames
 from hapkit_studio.laws import board, machine
@@ -20,9 +22,9 @@ def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, cycles=math.nan, 
     return Point(method, method.capitalize(), step_s, error, cycles, ns, **more)
 
 
-def sheet(points, **more):
-    made = Scene("scene", "A scene", "error / scale", 0.02, "a reason", **more)
-    return Sheet("servo", made, {p.method: p.method.capitalize() for p in points}, tuple(points))
+def sheet(points, chart="servo", scene="contact", **more):
+    made = Scene(scene, "A scene", "error / scale", 0.02, plan.FELT, **more)
+    return Sheet(chart, made, {p.method: p.method.capitalize() for p in points}, tuple(points))
 
 
 # there are few different values, so that equal errors, equal costs and equal points are frequent
@@ -108,12 +110,12 @@ def test_the_shortest_runs_count_and_candidates_alternate():
 
 
 def test_every_error_is_drawn_inside_the_axes():
-    strange = [point("verlet", 0.0, 1000.0), point("rk4", math.inf, 3000.0), point("exact", 3e-15, 8000.0)]
-    frame = AccuracyAxes(sheet(strange))
-    (low, high), places = frame.box["ylim"], [frame.place(p) for p in strange]
-    assert places[0][0] == 1.0  # the axis is in µs
-    assert places[2][1] == pytest.approx(3e-13)  # the axis is in %
-    assert all(low < error < high for _, error in places)
+    """The axes are in µs and in %."""
+    figure, strange = Figure(), [("verlet", 0.0, 1000.0), ("rk4", math.inf, 3000.0), ("exact", 3e-15, 8000.0)]
+    draw_methods(figure, colors(), sheet([point(*each) for each in strange]))
+    (axes,), places = figure.axes, [bar.lines[0].get_xydata()[0] for bar in figure.axes[0].containers]
+    assert (places[0][0], places[2][1]) == pytest.approx((1.0, 3e-13))
+    assert all(axes.viewLim.contains(*place) for place in places)
 
 
 @pytest.mark.slow

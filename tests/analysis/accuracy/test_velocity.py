@@ -52,7 +52,7 @@ def filtered(spec, position):
 def test_errors_agree_with_independent_filters_on_the_products_sensor(scene):
     assert SimulatedHapkit().quantum == QUANTUM
     found = {point.label: error(prepare) for point, prepare, _ in velocity.runs(scene)}
-    position, true = SIGNALS[scene.key][1]()
+    position, true = SIGNALS[scene.key][1]
     for key, options in VARIANTS:
         off = (filtered((key, options), position) - true)[300:]
         assert found[velocity.label(key, options)] == pytest.approx(math.sqrt(np.mean(off**2)), rel=1e-3)

@@ -10,7 +10,6 @@ from hapkit_studio.analysis.accuracy import Accuracy
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.contact import CONDITIONS
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
-from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.scene import SceneRequest
 from hapkit_studio.analysis.discrimination import Observer
 from hapkit_studio.charts.accuracy import draw_scene
@@ -19,21 +18,9 @@ from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.lessons import experiments
+from tests.analysis.accuracy.test_plan import point, sheet
 from tests.gui.pages.drawing_support import outside
 from tests.gui.shell.test_layout import cut_off, resize
-
-
-def sheet() -> Sheet:
-    """Return a chart whose answer is known: Verlet at 1 ms is the cheapest (4 µs, error 0.2 %)."""
-    numbers = [("verlet", 1e-3, 0.002, 4000.0, 5e6), ("verlet", 5e-4, 0.0005, 8000.0, 9e6)]
-    numbers += [("rk4", 1e-3, 2e-6, 12_000.0, 14e6), ("rk4", 5e-4, 0.0, 24_000.0, 28e6)]
-    points = tuple(
-        Point(method, method.capitalize(), step, error, cycles, ns)
-        for method, step, error, ns, cycles in numbers
-    )
-    reason = "A third of the smallest change of force that people can feel (6 %)"
-    scene = Scene("damped", "Damped mass", "largest error", 0.02, reason, "", CONDITIONS)
-    return Sheet("integrators", scene, {"verlet": "Verlet", "rk4": "RK4"}, points)
 
 
 @pytest.fixture
@@ -55,7 +42,9 @@ def show(page, index):
 @pytest.mark.slow
 def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page, qapp, shared_window):
     part = show(page, 0)
-    part.show_result(Accuracy(sheets=(sheet(),)))
+    points = [point("verlet", 0.002, 4000.0, 1e-3, 5e6), point("verlet", 0.0005, 8000.0, 5e-4, 9e6)]
+    points += [point("rk4", 2e-6, 12_000.0, 1e-3, 14e6), point("rk4", 0.0, 24_000.0, 5e-4, 28e6)]
+    part.show_result(Accuracy(sheets=(sheet(points, "integrators", "damped", conditions=CONDITIONS),)))
     resize(qapp, shared_window, (1280, 720))
     said = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
     assert part.answer.label.text() == said
