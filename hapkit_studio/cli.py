@@ -169,7 +169,7 @@ def parser() -> "argparse.ArgumentParser":
         description="Virtual environments on a Hapkit, real or simulated. Without a command: the window.",
     )
     top.add_argument("--version", action="version", version=__version__)
-    made = top.add_subparsers(required=True, metavar="COMMAND")
+    made = top.add_subparsers(required=True, metavar="COMMAND", dest="called")
     for command in (*commands.discover().values(), base.Command("texts", _TEXTS_HELP, _texts)):
         text, whole = command.help, command.help[0].upper() + command.help[1:] + "."
         taking = made.add_parser(

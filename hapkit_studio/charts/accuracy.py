@@ -12,7 +12,6 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import texts
 from hapkit_studio.analysis.accuracy.plan import front
 from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_text, hertz, jnd, limit_text
 from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
@@ -51,8 +50,8 @@ def marker_and_color(method: str) -> tuple[str, str]:
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
     """Return the columns of the table of the cheapest methods for each tolerance, on computer or board."""
     return (
-        Column("Fastest method", lambda t: texts.winner_text(sheet, t, board), right=False),
-        Column("Error ≤", lambda t: texts.tolerance_text(t, sheet.scene), right=False),
+        Column("Fastest method", lambda t: sheet.winner_text(t, board), right=False),
+        Column("Error ≤", sheet.scene.tolerance_text, right=False),
     )
 
 
@@ -90,7 +89,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
         for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
             if result.sheets:
                 counted = board and part.boarded
-                said = [part.scene.title, texts.sentence(part, counted)]
+                said = [part.scene.title, part.sentence(counted)]
             else:
                 said = [part.question.environment.title, *map(part.sentence, _places(part))]
             head = "\n".join(fill(line, wide // 8) for line in said)
@@ -123,7 +122,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     from matplotlib.patheffects import withStroke
     from matplotlib.ticker import LogLocator
 
-    axes, (factor, unit), floor = figure.add_subplot(), texts.unit(sheet.scene), _FLOOR[sheet.scene.unit]
+    axes, (factor, unit), floor = figure.add_subplot(), sheet.scene.shown_unit, _FLOOR[sheet.scene.unit]
 
     def place(point: "Point") -> tuple[float, float]:
         return point.cost(board) * (1e-6 if board else 1e-3), min(max(point.error, floor), _MOST) * factor
@@ -178,7 +177,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
             )  # fmt: skip
     legend(axes, c)
     figure.figure.draw_without_rendering()
-    tolerance = f"within {texts.tolerance_text(sheet.scene.tolerance, sheet.scene)}"
+    tolerance = f"within {sheet.scene.tolerance_text(sheet.scene.tolerance)}"
     found = [Label(right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
         found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))

@@ -7,7 +7,7 @@ from typing import Any
 
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import accuracy as measure
-from hapkit_studio.analysis.accuracy import Accuracy, texts
+from hapkit_studio.analysis.accuracy import Accuracy
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet, front
 from hapkit_studio.analysis.accuracy.scene import PARTS, Option, SceneRequest, SceneResult
@@ -21,6 +21,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 from hapkit_studio.lessons.experiments import own_threshold
 
+FORMER_NEEDS = "fidelity"  # former name of ``accuracy --needs``, kept for one release
 CHARTS = "integrators, contact, velocity, servo, friction"
 OPTIONS = (
     option("environment", nargs="*", metavar="ENV", help="scenes: keys or files; default: all"),
@@ -42,15 +43,16 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> Result:
     """Measure methods, scenes or the terms that scenes need; draw the results if requested."""
-    if options.parameter and (len(options.environment) != 1 or options.needs):
+    needs = options.needs or options.called == FORMER_NEEDS
+    if options.parameter and (len(options.environment) != 1 or needs):
         raise ParameterError("Parameters belong to one environment: name it.")
-    if options.thresholds and not options.needs:
+    if options.thresholds and not needs:
         raise ParameterError("--thresholds belongs to --needs: a scene is judged by the literature's.")
     scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     if options.methods is not None:
         found = measure.of_methods(options.methods, progress_line("chart"))
-    elif options.needs:
+    elif needs:
         share = own_threshold(options.thresholds).weber.value if options.thresholds else FORCE_SHARE
         found = measure.of_needs(scenes, progress_line("scene"), share)
     else:
@@ -97,14 +99,14 @@ def _sheet(sheet: Sheet) -> str:
         columns.append(replace(on_board, title="On the board"))
     best = front(sheet.points)
     points = (
-        Column("Method", lambda p: texts.name_text(p, sheet), right=False),
-        Column("Error", lambda p: texts.error_text(p.error, sheet.scene)),
-        Column("Cost", texts.cost_text),
-        Column("Cost on the board", lambda p: texts.cost_text(p, True)),
+        Column("Method", sheet.name_text, right=False),
+        Column("Error", lambda p: sheet.scene.error_text(p.error)),
+        Column("Cost", lambda p: p.cost_text()),
+        Column("Cost on the board", lambda p: p.cost_text(board=True)),
         Column("", lambda p: "*" * (p in best), right=False),
     )
     return "\n".join([
-        f"{sheet.chart} · {sheet.scene.title}", texts.sentence(sheet),
+        f"{sheet.chart} · {sheet.scene.title}", sheet.sentence(),
         *text_lines(columns, sheet.scene.tolerances, "  "), *text_lines(points, sheet.points, "  "),
     ])  # fmt: skip
 
@@ -150,4 +152,4 @@ def _needs(found: Needs) -> str:
 
 
 _HELP = "say how far a scene is from the ideal and which method to use; what methods cost; what scenes need"
-COMMAND = Command("accuracy", _HELP, run, OPTIONS, 60, aliases=("speed-accuracy", "chain"))
+COMMAND = Command("accuracy", _HELP, run, OPTIONS, 60, aliases=("speed-accuracy", "chain", FORMER_NEEDS))

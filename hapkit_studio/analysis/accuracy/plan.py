@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.formatting import compact, power_of_ten, significant, with_unit
 from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
@@ -26,6 +27,10 @@ FELT = "A third of the smallest change of force that people can feel (6 %)"
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
 # decades of error: largest deviation of points from the straight line whose slope is the order of convergence
 STRAIGHT = 0.15
+# errors below the first or above the second value are formatted as powers of ten; a speed error is in µm/s if
+# the tolerance is below the third value
+_TINY, _HUGE, _SLOW = 1e-2, 1e5, 1e-4
+_NAMED = 3  # maximum number of listed methods with the same cost
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,14 @@ class Point:
     def cost(self, board: bool) -> float:
         """Return the cost on the board, or on a computer."""
         return self.cycles if board else self.ns
+
+    def cost_text(self, board: bool = False) -> str:
+        """Format the computing time of a simulated second, or the board's cycles per second."""
+        if board:
+            cycles = f"{significant(1e-6 * self.cycles, 3)} million processor cycles"
+            return cycles if math.isfinite(self.cycles) else "–"
+        milliseconds = f"{significant(1e-6 * self.ns)} ms"
+        return milliseconds if self.ns >= 0.995e6 else f"{significant(1e-3 * self.ns)} µs"
 
 
 Work = Callable[[], object]
@@ -97,6 +110,27 @@ class Scene:
         """Return the tolerances for which the best methods are determined; the widest is first."""
         return tuple(10.0 * t * self.tolerance for t in TOLERANCES) if self.unit else TOLERANCES
 
+    @property
+    def shown_unit(self) -> tuple[float, str]:
+        """Return the factor from an error's own unit to the displayed unit, and the displayed unit."""
+        if not self.unit:
+            return 100.0, "%"
+        return (1e6, "µm/s") if self.tolerance < _SLOW else (1e3, "mm/s")
+
+    def error_text(self, error: float) -> str:
+        """Format an error with its unit; a fraction is in %, a speed in mm/s or µm/s."""
+        factor, name = self.shown_unit
+        value = error * factor
+        if not math.isfinite(value):
+            return "none"
+        plain = value == 0.0 or _TINY <= value < _HUGE
+        return f"{significant(value) if plain else power_of_ten(value)} {name}"
+
+    def tolerance_text(self, tolerance: float) -> str:
+        """Format a tolerance, which is a round number."""
+        factor, name = self.shown_unit
+        return with_unit(tolerance * factor, name)
+
 
 @dataclass(frozen=True)
 class Sheet:
@@ -135,6 +169,27 @@ class Sheet:
         x, y = (np.log10([getattr(p, key) for p in usual]) for key in ("step_s", "error"))
         slope, start = np.polyfit(x, y, 1)
         return float(slope) if np.abs(start + slope * x - y).max() < STRAIGHT else math.nan
+
+    def name_text(self, point: Point) -> str:
+        """Format a point's method, with the step in ms if the chart has several steps."""
+        several = len({p.step_s for p in self.points}) > 1
+        return f"{point.label}, {compact(1e3 * point.step_s, 4)} ms step" if several else point.label
+
+    def winner_text(self, tolerance: float, board: bool = False) -> str:
+        """Format the cheapest point within a tolerance, and the points with the same cost."""
+        names = [self.name_text(p) for p in self.winners(tolerance, board)]
+        return " or ".join(names[:_NAMED]) + " or others" * (len(names) > _NAMED) or "none"
+
+    def sentence(self, board: bool = False) -> str:
+        """Return a sentence on the cheapest point within the scene's tolerance."""
+        where = self.scene.tolerance_text(self.scene.tolerance)
+        found = self.winners(self.scene.tolerance, board)
+        if not found:
+            return f"No method has an error within {where}."
+        best, cost = self.name_text(found[0]), found[0].cost_text(board)
+        of = "a second" if board else "per simulated second"
+        others = f" {len(found) - 1} more cost{'s' * (len(found) == 2)} the same." if found[1:] else ""
+        return f"The cheapest method with an error within {where} is {best}: {cost} {of}.{others}"
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy import Accuracy, texts
+from hapkit_studio.analysis.accuracy import Accuracy
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet
@@ -134,9 +134,9 @@ class MethodsPart(Part):
             self.measure_first()
             return
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
-        self.answer.show_text(texts.sentence(sheet, board), "check", "ok")
+        self.answer.show_text(sheet.sentence(board), "check", "ok")
         self.table.show_rows(charts.winner_columns(sheet, board), sheet.scene.tolerances)
-        tolerance = texts.tolerance_text(sheet.scene.tolerance, sheet.scene)
+        tolerance = sheet.scene.tolerance_text(sheet.scene.tolerance)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
 
 

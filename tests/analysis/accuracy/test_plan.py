@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy import plan, texts
+from hapkit_studio.analysis.accuracy import plan
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet, front
 from hapkit_studio.charts.accuracy import draw_methods
 from hapkit_studio.charts.style import colors
@@ -61,11 +61,11 @@ def test_winners_are_the_cheapest_points_within_each_tolerance_and_those_of_equa
     found = [[p.method for p in made.winners(t)] for t in plan.TOLERANCES]
     assert found == [["euler"], ["verlet", "exact"], ["exact"], ["exact"]]
     assert [p.method for p in made.winners(1e-3, board=True)] == ["rk4"]
-    assert texts.sentence(made) == (
+    assert made.sentence() == (
         "The cheapest method with an error within 2 % is Verlet: 0.50 µs per simulated second. "
         "1 more costs the same."
     )
-    assert texts.sentence(sheet([point("verlet", math.inf, 10.0)])) == "No method has an error within 2 %."
+    assert sheet([point("verlet", math.inf, 10.0)]).sentence() == "No method has an error within 2 %."
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
