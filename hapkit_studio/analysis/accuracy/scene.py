@@ -226,10 +226,7 @@ class Ideal:
             found.append((times * option.cycles + telemetry, apart))
         return tuple(found)
 
-    def _render(
-        self, trial: Trial, options: Options, rate, delay=0.0, spec: Spec | None = None, quantum=0.0,
-        force=math.inf,
-    ):  # fmt: skip
+    def _render(self, trial: Trial, options, rate, delay=0.0, spec=None, quantum=0.0, force=math.inf):
         key = trial.label, options, rate, delay, repr(spec), quantum, force
         if key not in self.rendered:
             q, loop = self._question, LoopSettings(rate, delay, "difference" if spec is None else spec)
