@@ -135,8 +135,8 @@ def test_each_step_of_each_lesson_shows_its_scene(page, reset_window, key):
         assert set(page.tasks) == {task.key for task in (*step.checks, *step.questions)}
 
 
-def test_the_buttons_below_the_last_step_are_not_cut_off(page, kept_window, qapp):
-    resize(qapp, kept_window, (1280, 720))
+def test_the_buttons_below_the_last_step_are_not_cut_off(page, reset_window, qapp):
+    resize(qapp, reset_window, (1280, 720))
     page.open(WALL)
     page.player.go(len(page.player.lesson.steps) - 1)
     qapp.processEvents()
