@@ -88,8 +88,8 @@ def start_times(program: Path) -> None:
             seen = json.loads(output(command, clean(Path(home)), TESTS / "bench").splitlines()[-1])
         windows.append(seen["window"] - begin)
         samples.append(seen["sample"] - begin)
-        if seen["said"]:
-            sys.exit(f"The first start says {seen['said']}: the machine code of the bundle was not used.")
+        if seen["notices"]:
+            sys.exit(f"The first start says {seen['notices']}: the machine code of the bundle was not used.")
     reference = statistics.median(references)
     for what, values in (("first window", windows), ("first sample", samples)):
         value = statistics.median(values)

@@ -119,8 +119,8 @@ def test_export_names_the_line_of_a_drifting_clock(tmp_path, monkeypatch, capsys
     Path("clock.py").write_text(text, "utf-8")
     line = text.splitlines().index("    s.t += dt") + 1
     assert main(["export", "clock.py", "--trust", "-o", "mine"]) == 0
-    said = capsys.readouterr().out
-    assert f"\nLine {line}: `s.t` becomes inaccurate on the board and in a sketch" in said
+    output = capsys.readouterr().out
+    assert f"\nLine {line}: `s.t` becomes inaccurate on the board and in a sketch" in output
     assert "// `s.t` becomes inaccurate" in (tmp_path / "mine" / "mine.ino").read_text("utf-8")
     assert main(["export", "clock.py", "--force", "--json", "-o", "mine"]) == 0
     assert [r["line"] for r in json.loads(capsys.readouterr().out)["remarks"]] == [line]

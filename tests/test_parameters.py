@@ -88,7 +88,7 @@ def test_either_every_option_has_a_label_or_none(labels):
 
 
 @pytest.mark.parametrize(
-    ("value", "limits", "said"),
+    ("value", "limits", "text"),
     [
         ("much", {}, "The mass must be a number in kg, not 'much'."),
         (True, {}, "The mass must be a number in kg, not True."),
@@ -99,10 +99,10 @@ def test_either_every_option_has_a_label_or_none(labels):
         (3, {"high": 2.0}, "The mass must be 2 kg or less, not 3 kg."),
     ],
 )
-def test_a_number_without_a_slider_is_rejected_with_its_unit(value, limits, said):
+def test_a_number_without_a_slider_is_rejected_with_its_unit(value, limits, text):
     with pytest.raises(ParameterError) as error:
         check_number(value, "mass", "kg", **limits)
-    assert str(error.value) == said
+    assert str(error.value) == text
 
 
 @pytest.mark.parametrize(

@@ -89,10 +89,10 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
         for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
             if result.sheets:
                 counted = board and part.boarded
-                said = [part.scene.title, part.sentence(counted)]
+                lines = [part.scene.title, part.sentence(counted)]
             else:
-                said = [part.question.environment.title, *map(part.sentence, _places(part))]
-            head = "\n".join(fill(line, wide // 8) for line in said)
+                lines = [part.question.environment.title, *map(part.sentence, _places(part))]
+            head = "\n".join(fill(line, wide // 8) for line in lines)
             panel.suptitle(head, x=0.02, ha="left", size=TEXT, color=c.ink)
             draw_methods(panel, c, part, counted) if result.sheets else draw_scene(panel, c, part)
 

@@ -255,8 +255,8 @@ class Dot:
     def place(self, plane: Plane, dotted: bool = True) -> None:
         """Move the dot to a plane's impedance; show it if ``dotted`` is true."""
         margin, c = plane.margin, self._c
-        bad = not plane.said.calm if plane.said else not margin.stable and plane.setting.linear
-        warned = bad and plane.said is not None and plane.said.sign[1] == "warn"
+        bad = not plane.verdict.calm if plane.verdict else not margin.stable and plane.setting.linear
+        warned = bad and plane.verdict is not None and plane.verdict.sign[1] == "warn"
         color = c.warn if warned else c.danger if bad else c.accent
         x, y = margin.damping, margin.stiffness
         self._feet.set(data=([0.0, x, x], [y, y, 0.0]), color=color)

@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> base.Result:
     _check(options)
     setting = base.setting_of(options)
     found = plane(setting, options.stiffness, options.damping, width=options.to)
-    found = replace(found, said=of_spring(setting, options.stiffness, options.damping))
+    found = replace(found, verdict=of_spring(setting, options.stiffness, options.damping))
     if options.hands:
         found = kb_plane.with_family(found)
     begin = time.monotonic()
@@ -83,13 +83,13 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
 
 
 def _text(found: Plane, seconds: float | None) -> str:
-    margin, setting, said = found.margin, found.setting, found.said
-    assert said is not None
+    margin, setting, verdict = found.margin, found.setting, found.verdict
+    assert verdict is not None
     limits = ", ".join(f"{hand_text(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
         f"{margin.stiffness:,g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
-        *said.lines,
-        *([said.reason] if said.reason else []),
+        *verdict.lines,
+        *([verdict.reason] if verdict.reason else []),
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
         "",
         *_table(found),

@@ -122,15 +122,15 @@ def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
 
 def _port(info: Any) -> Port:
     identity = Identity(info.vid, info.pid, info.serial_number or "", info.location or "")
-    said = info.product or (info.description or "").replace("n/a", "")
-    text = f"{info.device} {said}".lower()
+    product = info.product or (info.description or "").replace("n/a", "")
+    text = f"{info.device} {product}".lower()
     named = next((label for part, label in _NAMES.items() if part in text), None)
     chip = _BY_NUMBERS.get((info.vid, info.pid)) or _BY_NUMBERS.get((info.vid, None))
     if named is not None and not (chip and chip.role is Role.KIT):
         return Port(info.device, named, Role.OTHER, identity)
     if chip is not None:
         return Port(info.device, chip.description, chip.role, identity)
-    return Port(info.device, said or "serial port", Role.UNKNOWN, identity)
+    return Port(info.device, product or "serial port", Role.UNKNOWN, identity)
 
 
 PROCESSES = Path("/proc")

@@ -100,13 +100,13 @@ def hand_in(
             if isinstance(task, Question):
                 given = answers.get(task.key, "")
                 result = Result(*task.judge(given))
-                said: dict[str, Any] = {"given": given[:MOST_TEXT].splitlines()[:_MOST_LINES]}
+                detail: dict[str, Any] = {"given": given[:MOST_TEXT].splitlines()[:_MOST_LINES]}
             else:
                 own = ranges.get(number, []) if ranges else None
                 result = _evaluated(task, samples, own, (intervals or {}).get(task.key))
-                said = {}
+                detail = {}
             found.append((task, result))
-            yield Event(when, ANSWER, {"key": task.key, **said, **plain(result)})
+            yield Event(when, ANSWER, {"key": task.key, **detail, **plain(result)})
 
     try:
         add_events(Path(path), make)
@@ -238,8 +238,10 @@ def read(path: str | Path) -> HandedIn:
                 checked_text(lesson.get(name), f"{session.name}: {name}", _NAME)
                 for name in ("key", "student", "stamp")
             )
-            said = [event.what for event in session.events if event.kind == ANSWER][-_MOST_ANSWERS:]
-            answers = {answer.key: answer for answer in (_answer(what, session.name) for what in said)}
+            answers_given = [event.what for event in session.events if event.kind == ANSWER][-_MOST_ANSWERS:]
+            answers = {
+                answer.key: answer for answer in (_answer(what, session.name) for what in answers_given)
+            }
         except FileError as error:
             raise SessionError(str(error)) from None
         samples = Samples.of_session(session)

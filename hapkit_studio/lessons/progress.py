@@ -153,8 +153,8 @@ def _with_trials(recordings: Iterable[Path], stack: ExitStack) -> list[Session]:
     for path in recordings:
         with suppress(SessionError):  # the session's file may have been moved
             session = stack.enter_context(closing(Session(path)))
-            said = experiments.of_session(session)
-            if said.trials or said.comparisons:
+            trials = experiments.of_session(session)
+            if trials.trials or trials.comparisons:
                 found.append(session)
     return found
 

@@ -282,5 +282,5 @@ def lines(review: Review) -> list[str]:
         points = "–" if row.points is None else str(row.points)
         text = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
         found.append(f"  {points:>3} of {row.most:>3}  {text}")
-    found += [f"  {said.place or 'comment'}: {said.text}" for said in review.comments]
+    found += [f"  {comment.place or 'comment'}: {comment.text}" for comment in review.comments]
     return [*found, *(f"  reply: {text}" for text in review.replies)]

@@ -192,7 +192,7 @@ class Samples:
             total.update(np.ascontiguousarray(getattr(self, name), dtype="<f8").tobytes())
         states = len(self.scene[0].state_names) if self.scene else 0  # files pad the state with NaN
         total.update(np.ascontiguousarray(self.state[:, :states], dtype="<f8").tobytes())
-        settings = [[round(when - self.time[0], 6), _as_json(said)] for when, said in self.log]
+        settings = [[round(when - self.time[0], 6), _as_json(change)] for when, change in self.log]
         total.update(json.dumps(settings, sort_keys=True, default=str).encode())
         return total.hexdigest()
 

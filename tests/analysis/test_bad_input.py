@@ -26,7 +26,7 @@ NO_ROWS = [
 ]  # fmt: skip
 
 
-def said(ask, *args, **named):
+def error_text(ask, *args, **named):
     with pytest.raises(ParameterError) as e:
         ask(*args, **named)
     text = str(e.value)
@@ -38,28 +38,28 @@ def said(ask, *args, **named):
 def test_invalid_rows_are_rejected():
     for name, ask in ROWS.items():
         for bad in NO_ROWS:
-            assert "amping" in said(ask, bad) or name == "lines"
+            assert "amping" in error_text(ask, bad) or name == "lines"
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1e300, "x", None, [], True])
 def test_invalid_numbers_are_rejected(bad):
-    assert "rendered stiffness" in said(kb_plane.plane, LoopSettings(), bad, 0.0)
-    assert "rendered damping" in said(kb_plane.plane, LoopSettings(), 1.0, bad)
-    assert "virtual damping" in said(kb_plane.limit, LoopSettings(), bad)
+    assert "rendered stiffness" in error_text(kb_plane.plane, LoopSettings(), bad, 0.0)
+    assert "rendered damping" in error_text(kb_plane.plane, LoopSettings(), 1.0, bad)
+    assert "virtual damping" in error_text(kb_plane.limit, LoopSettings(), bad)
     for name in ("mass", "viscous", "damping", "rate", "delay", "quantum"):
-        assert name in said(stiffness_limit, **{"mass": 0.05, "viscous": 0.5, name: bad})
+        assert name in error_text(stiffness_limit, **{"mass": 0.05, "viscous": 0.5, name: bad})
 
 
 def test_an_invalid_chunk_size_is_rejected():
     for chunk in ("x", 1.5, 0, True):
-        assert "whole number" in said(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
+        assert "whole number" in error_text(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
 
 
 def test_the_longest_delay_is_2000_periods():
     assert stiffness_limit(0.05, 0.5, delay=2.0) > 0.0
     for late in ({"delay": 2.001}, {"delay": 0.01, "rate": 1e6}):
-        assert "2,000 at most" in said(stiffness_limit, 0.05, 0.5, **late)
-        assert "2,000 at most" in said(LoopSettings, **late)
+        assert "2,000 at most" in error_text(stiffness_limit, 0.05, 0.5, **late)
+        assert "2,000 at most" in error_text(LoopSettings, **late)
 
 
 def test_the_smallest_limit_is_1_mn_per_m():
@@ -84,7 +84,7 @@ def test_the_smallest_limit_is_1_mn_per_m():
     ],
 )
 def test_impossible_loops_are_rejected(bad, says):
-    assert said(LoopSettings, **bad).startswith(says)
+    assert error_text(LoopSettings, **bad).startswith(says)
 
 
 def test_equal_settings_are_one_key_and_only_windows_are_nonlinear():

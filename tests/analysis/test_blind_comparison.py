@@ -167,8 +167,8 @@ def test_the_judge_detects_10_percent_of_force_and_half_a_millimetre():
     table = np.zeros((500, rows.ROW_WIDTH))
     table[:, rows.HAND_TARGET], table[:, rows.HAND_FORCE] = 0.0, 1.0
     for column, change in ((rows.HAND_FORCE, 0.06), (rows.TRUE_POSITION, 0.4e-3)):
-        for share, told in ((0.99, False), (1.01, True)):
+        for share, detected in ((0.99, False), (1.01, True)):
             other = table.copy()
             other[:, column] += share * change
             found = {sense: jnd for sense, jnd in judged(other, table, ()).items() if sense != "vibration"}
-            assert (max(found.values()) > 1.0) == told
+            assert (max(found.values()) > 1.0) == detected

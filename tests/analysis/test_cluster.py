@@ -77,10 +77,10 @@ def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, 
         placed = sweep(sweep_tasks.roots_and_place, CELLS, executor=executor, chunk=100)
         assert {place for _, place in placed} == {worker.pid for worker in dask.workers}
 
-        said = []
+        reports = []
 
         def kill_in_the_middle(done, of):
-            said.append(done)
+            reports.append(done)
             if done > len(CELLS) // 3 and dask.workers[0].poll() is None:
                 dask.workers[0].send_signal(signal.SIGKILL)
                 dask.workers[0].wait(30.0)
@@ -89,8 +89,8 @@ def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, 
         assert dask.workers[0].poll() == -signal.SIGKILL
         assert found == roots
         assert [root for root, _ in placed] == roots
-        assert said == sorted(said)
-        assert said[-1] == len(CELLS)
+        assert reports == sorted(reports)
+        assert reports[-1] == len(CELLS)
 
         def kill_the_scheduler(done, of):
             if done:

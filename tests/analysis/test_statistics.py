@@ -55,7 +55,7 @@ def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
 def test_movements_steps_and_noise_have_no_frequency(seconds, rng):
     """At most 5 % of noise samples have a frequency, and no single movement has one."""
     time = np.arange(round(1000.0 * seconds)) / 1000.0
-    told = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
+    counts = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
     for _ in range(100):
         at, length = rng.uniform(0.0, seconds), rng.uniform(0.1, 1.0) * seconds
         share = np.clip((time - at) / length, 0.0, 1.0)
@@ -69,9 +69,9 @@ def test_movements_steps_and_noise_have_no_frequency(seconds, rng):
             ("red", lfilter([1.0], [1.0, -0.9], white)),
             ("walk", np.cumsum(white)),
         ):
-            told[name] += not math.isnan(dominant(time, values))
-    assert max(told["move"], told["bend"], told["pulse"], told["release"]) == 0
-    assert max(told.values()) <= 5
+            counts[name] += not math.isnan(dominant(time, values))
+    assert max(counts["move"], counts["bend"], counts["pulse"], counts["release"]) == 0
+    assert max(counts.values()) <= 5
 
 
 @pytest.mark.parametrize(

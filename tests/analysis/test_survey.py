@@ -72,9 +72,9 @@ def test_an_interrupted_survey_resumes_without_recomputing(tmp_path, monkeypatch
     assert 0 < there < 16
     _, partial = survey.read(path)
     assert survey.known(partial) == 3 * there
-    told = []
-    assert survey.compute(path, AXES, Serial(), lambda done, of: told.append((done, of))) == 16 - there
-    assert (told[0], told[-1]) == ((there, 16), (16, 16))
+    reports = []
+    assert survey.compute(path, AXES, Serial(), lambda done, of: reports.append((done, of))) == 16 - there
+    assert (reports[0], reports[-1]) == ((there, 16), (16, 16))
     assert sorted(computed) == list(range(16))
     assert survey.compute(path, AXES, Serial()) == 0
 

@@ -55,19 +55,19 @@ def test_chunks_may_finish_in_any_order_and_few_are_pending():
 
 def test_progress_is_reported_during_long_chunks():
     """The function that receives the progress can also cancel the sweep during a long chunk."""
-    go, said = threading.Event(), []
+    go, reports = threading.Event(), []
 
     def waits(cells):
         go.wait(30.0)
         return cells
 
     def watch(done, of):
-        said.append(done)
-        if len(said) == 4:
+        reports.append(done)
+        if len(reports) == 4:
             go.set()
 
     assert sweep(waits, CELLS, progress=watch, chunk=len(CELLS)) == CELLS
-    assert said[:4] == [0, 0, 0, 0]
+    assert reports[:4] == [0, 0, 0, 0]
 
 
 def test_cancelling_raises_and_cancels_pending_chunks():

@@ -58,11 +58,11 @@ def _rows(key: str, given: dict[str, str]) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         run = render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
     what, off = f"{what} at {way.rate:,.0f} Hz", run.summary["interrupts_off_cycles"]
-    told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
+    skipped = f" ({run.skipped} ticks skipped)" if run.skipped else ""
     reached = run.share <= MOST and not run.skipped
     share, most = 100.0 * run.share, f"≤ {100 * MOST:.0f} %"
     return [
-        Row(f"{what}: processor{told}", share, "%", target=most, ok=reached),
+        Row(f"{what}: processor{skipped}", share, "%", target=most, ok=reached),
         Row(f"{what}: jitter of the sampling", jitter(run.telemetry, way.rate), "µs"),
         Row(f"{what}: interrupts off at most", off, "cycles", target="≤ 250", ok=off <= 250),
     ]

@@ -32,11 +32,11 @@ def main(everything: bool) -> None:
     window.show()
     application.processEvents()
     gc.freeze()
-    seen: dict[str, object] = {"window": time.perf_counter(), "said": []}
+    seen: dict[str, object] = {"window": time.perf_counter(), "notices": []}
 
-    def look() -> None:
+    def read_labels() -> None:
         labels = [label.text() for label in window.findChildren(QLabel) if label.isVisible()]
-        seen["said"] = sorted({text for text in labels if "ompil" in text or "repar" in text})
+        seen["notices"] = sorted({text for text in labels if "ompil" in text or "repar" in text})
 
     def plotted() -> None:
         application.processEvents()
@@ -56,7 +56,7 @@ def main(everything: bool) -> None:
         QTimer.singleShot(0, plotted)
 
     window.live.frame.connect(first)
-    QTimer.singleShot(300, look)
+    QTimer.singleShot(300, read_labels)
     app.begin(window, OPTIONS, PREPARING)
     application.exec()
 

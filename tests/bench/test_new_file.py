@@ -26,8 +26,8 @@ def run() -> list[Row]:
 @pytest.mark.slow
 def test_a_new_benchmark_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "tests/bench/bench_sorting.py", NEW)
-    said = run_tests(copy, "tests/bench/test_every_benchmark.py")
-    assert "test_it_is_listed_and_described[sorting] PASSED" in said
+    output = run_tests(copy, "tests/bench/test_every_benchmark.py")
+    assert "test_it_is_listed_and_described[sorting] PASSED" in output
     printed = run_program(copy, "-m", "tests.bench", "sorting").splitlines()
     assert printed[2].startswith("| sort 1,000 numbers | ")
     assert printed[2].endswith(" µs |  |  | < 1 s | yes |")

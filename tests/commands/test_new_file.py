@@ -27,8 +27,8 @@ COMMAND = Command("samples", "say how many samples a recording has", run, OPTION
 @pytest.mark.slow
 def test_a_new_command_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/commands/samples.py", NEW)
-    said = run_tests(copy, "-m", "not slow and not alone", "tests/test_cli.py", "tests/test_imports.py")
-    assert "test_the_help_lists_and_describes_every_command[samples] PASSED" in said
+    output = run_tests(copy, "-m", "not slow and not alone", "tests/test_cli.py", "tests/test_imports.py")
+    assert "test_the_help_lists_and_describes_every_command[samples] PASSED" in output
     program = "-m", "hapkit_studio", "samples", "2.5", "--rate", "4000"
     assert run_program(copy, *program) == "10,000 samples\n"
     assert json.loads(run_program(copy, *program, "--json")) == {"samples": 10_000}

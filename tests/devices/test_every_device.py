@@ -114,9 +114,9 @@ def test_bode_drives_its_handle_at_its_rate(entry, capsys):
     device = entry.make()
     handle = {"mass": device.mass, "viscous": device.viscous, "coulomb": device.coulomb_force}
     handle |= {"quantum": device.quantum, "rate": device.rate or 1000.0}
-    told = [f"--{name}={value!r}" for name, value in handle.items()]
+    options = [f"--{name}={value!r}" for name, value in handle.items()]
     found = []
-    for args in (["--device", entry.key], told):
+    for args in (["--device", entry.key], options):
         assert cli.main(["bode", "spring", *args, "--json"]) == 0
         found.append(json.loads(capsys.readouterr().out)["curves"])
     assert found[0] == found[1]

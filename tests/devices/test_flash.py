@@ -164,10 +164,10 @@ def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatc
     ],
 )  # fmt: skip
 def test_each_failure_has_its_message(text, message):
-    said = Output(lambda stage, part: None)
-    said.feed(text)
-    assert not said.no_sync
-    error = said.error(PORT)
+    parser = Output(lambda stage, part: None)
+    parser.feed(text)
+    assert not parser.no_sync
+    error = parser.error(PORT)
     assert isinstance(error, FlashError)
     with pytest.raises(FlashError, match=message):
         raise error
@@ -183,20 +183,20 @@ def test_each_failure_has_its_message(text, message):
     ],
 )
 def test_a_port_that_cannot_be_opened_is_the_ports_own_error(text, kind):
-    said = Output(lambda stage, part: None)
-    said.feed(text)
-    assert isinstance(said.error(PORT), kind)
+    parser = Output(lambda stage, part: None)
+    parser.feed(text)
+    assert isinstance(parser.error(PORT), kind)
 
 
 def test_progress_grows_with_every_mark_and_completes():
     seen = []
-    said = Output(lambda stage, part: seen.append((stage, round(part, 2))))
+    parser = Output(lambda stage, part: seen.append((stage, round(part, 2))))
     whole = (
         SIGNED
         + f"Reading | {BAR} | 100% 0.00s\n\nWriting | {BAR} | 100% 1.0s\n\nReading | {BAR} | 100% 1.0s\n"
     )
     for character in whole:
-        said.feed(character)
+        parser.feed(character)
     steps = [round(k / 50, 2) for k in range(51)]
     assert seen == [(WRITING, part) for part in steps] + [(VERIFYING, part) for part in steps]
     in_two, seen[:] = Output(lambda stage, part: seen.append((stage, part))), []

@@ -66,7 +66,7 @@ def test_every_constant_comes_from_the_board(opened):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("name", "value", "text"),
     [
         *(("max_force", value, "force limit of the board") for value in (math.inf, math.nan, -1.0, 5.05)),
         *(("quantum", value, "handle travel per sensor count") for value in (0.0, 9.9e-8, 2.02e-3)),
@@ -75,10 +75,10 @@ def test_every_constant_comes_from_the_board(opened):
         ("sample_rate", 0, "samples per second"),
     ],
 )
-def test_impossible_numbers_are_rejected(lined, name, value, said):
+def test_impossible_numbers_are_rejected(lined, name, value, text):
     lined(lambda m: says_hello(m, replace(HELLO, **{name: value})))
     error = refused(errors.NotAHapkitError, f"{value:g}")
-    assert said in str(error)
+    assert text in str(error)
     assert "Flash the firmware." in str(error)
 
 

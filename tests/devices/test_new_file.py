@@ -34,6 +34,6 @@ DEVICE = DeviceKind(10, lambda: [DeviceEntry("heavy-paddle", HeavyPaddle.title, 
 def test_a_new_device_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/devices/heavy_paddle.py", NEW)
     files = "tests/devices/test_every_device.py", "tests/gui/shell/test_every_device.py"
-    said = run_tests(copy, "-m", "not alone", "-k", "heavy or not slow", *files)
-    assert "test_a_command_runs_it_with_a_hand[heavy-paddle] PASSED" in said
-    assert "test_the_window_renders_records_judges_and_shows_all_pages[heavy-paddle] PASSED" in said
+    output = run_tests(copy, "-m", "not alone", "-k", "heavy or not slow", *files)
+    assert "test_a_command_runs_it_with_a_hand[heavy-paddle] PASSED" in output
+    assert "test_the_window_renders_records_judges_and_shows_all_pages[heavy-paddle] PASSED" in output

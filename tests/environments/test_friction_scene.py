@@ -254,12 +254,12 @@ def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, s
     run = slide(7e-4, model=model, rate=rate, estimator=estimator, stribeck_velocity=stribeck_velocity)
     want = 0.4 + 0.2 * math.exp(-((7e-4 / stribeck_velocity) ** 2))
     lack = 100.0 * (1.0 + np.mean(run.force[-len(run.force) // 4 :]) / want)
-    said = [line for line in run.warnings if "% too small" in line]
-    found = [float(line.split("up to ")[1].split()[0]) for line in said]
+    warnings = [line for line in run.warnings if "% too small" in line]
+    found = [float(line.split("up to ")[1].split()[0]) for line in warnings]
     assert found == ([pytest.approx(lack, abs=1.0)] if found or lack > 2.0 else [])
     assert lack > 0.0 or not found
     if abs(lack - 7.0) > 0.2:
-        assert all(("A hand does not notice" in line) == (lack < 7.0) for line in said)
+        assert all(("A hand does not notice" in line) == (lack < 7.0) for line in warnings)
 
 
 def test_a_finer_estimate_permits_a_narrower_karnopp_band():
@@ -279,11 +279,11 @@ def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
     """
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
-    for share, said in ((0.99, "creeps"), (1.01, "several sensor steps")):
+    for share, text in ((0.99, "creeps"), (1.01, "several sensor steps")):
         lines = FRICTION.warnings(
             FRICTION.values({"model": "coulomb", "kinetic_force": share * limit * level}), conditions
         )
-        assert said in next(iter(lines))
+        assert text in next(iter(lines))
     assert chatter(0.6 * limit, late) < 2.0 < chatter(1.6 * limit, late)
 
 
@@ -296,8 +296,8 @@ def creep(model, pull, **given):
 
 
 def test_the_warned_creep_of_smoothed_friction_is_rendered():
-    (said,) = warned("friction", model="smoothed")
-    assert "under a pull of 0.2 N, the handle creeps at 15 mm/s" in said
+    (warning,) = warned("friction", model="smoothed")
+    assert "under a pull of 0.2 N, the handle creeps at 15 mm/s" in warning
     got = creep("smoothed", 0.2, viscous=1.0)
     # the hand's damper of 1 N·s/m and the shortening of its spring reduce the pull
     assert 0.010 < got < 0.0155
@@ -318,8 +318,8 @@ def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_predicts(kine
 
 
 def test_lugre_creeps_with_quantisation_and_warns():
-    said = warned("friction", model="lugre")
-    assert any("the handle creeps at about 0.5 mm/s with LuGre" in line for line in said)
+    warnings = warned("friction", model="lugre")
+    assert any("the handle creeps at about 0.5 mm/s with LuGre" in line for line in warnings)
     assert not any("creeps" in line for line in warned("friction", Conditions(quantum=0.0), model="lugre"))
     assert 0.2e-3 < creep("lugre", 0.2) < 1e-3
     assert abs(creep("lugre", 0.2, quantum=0.0)) < 0.02e-3

@@ -38,7 +38,7 @@ def swings(run):
     return np.ptp(run.true_position[-tenth:]) > np.ptp(run.true_position[:tenth])
 
 
-def said(run):
+def warned(run):
     """Return True if a warning says that the released handle does not settle."""
     return any("let go" in line for line in run.warnings)
 
@@ -59,7 +59,7 @@ def test_the_handle_oscillates_exactly_if_warned(place, late):
             coulomb_force=0.0, quantum=0.0, initial_position=centre(stiffness) + 1e-6, **start
         )
         run = hs.simulate(key, others | given(stiffness), device=device, delay=late, seconds=12.0)
-        assert said(run) == swings(run) == (share > 1.0)
+        assert warned(run) == swings(run) == (share > 1.0)
 
 
 @pytest.mark.parametrize("late", [0.0, 1e-3])
@@ -71,7 +71,7 @@ def test_late_damping_counts_with_its_effective_value(estimator, late):
     for share in (0.97, 1.03):
         values = {"model": "tether", "tether_stiffness": share * limit, "viscous": 5.0}
         run = hs.simulate("friction", values, device=device, delay=late, estimator=estimator, seconds=8.0)
-        assert said(run) == swings(run) == (share > 1.0)
+        assert warned(run) == swings(run) == (share > 1.0)
 
 
 def balance(stiffness, late, viscous):
@@ -95,7 +95,7 @@ def hunts(values, late):
         device = hs.SimulatedHapkit(initial_velocity=speed)
         run = hs.simulate("friction", values, device=device, delay=late, seconds=3.0)
         hunted.append(np.ptp(run.true_position[-500:]) > 5.0 * COUNT)
-    assert said(run) == any(hunted)
+    assert warned(run) == any(hunted)
     return any(hunted)
 
 
@@ -139,7 +139,7 @@ def test_the_limit_of_the_projection_model_includes_its_own_damping():
     for share in (0.96, 1.04):
         values = {"model": "projection", "tether_stiffness": share * limit, "viscous": 0.0}
         run = hs.simulate("friction", values, device=device, delay=1e-3, seconds=8.0)
-        assert said(run) == swings(run) == (share > 1.0)
+        assert warned(run) == swings(run) == (share > 1.0)
 
 
 def test_friction_of_the_handle_stabilises_ridges_of_a_third_of_a_newton():
@@ -152,4 +152,4 @@ def test_friction_of_the_handle_stabilises_ridges_of_a_third_of_a_newton():
         device = hs.SimulatedHapkit(coulomb_force=friction, initial_position=0.002)
         grating = {"kind": "grating", "amplitude": 0.3}
         run = hs.simulate("texture", grating, device=device, delay=1e-3, seconds=10.0)
-        assert said(run) == (np.ptp(run.true_position[-1000:]) > 1e-3) == (friction == 0.0)
+        assert warned(run) == (np.ptp(run.true_position[-1000:]) > 1e-3) == (friction == 0.0)

@@ -43,5 +43,5 @@ LOOK_AT_EACH = ("environments", "analysis", "laws", "gui")
 def test_a_new_environment_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/environments/magnet.py", NEW)
     folders = [f"tests/{folder}" for folder in LOOK_AT_EACH]
-    said = run_tests(copy, "-m", "not slow and not alone", *folders, "-k", f"magnet or {OF_ALL}")
-    assert "test_is_described[magnet]" in said
+    output = run_tests(copy, "-m", "not slow and not alone", *folders, "-k", f"magnet or {OF_ALL}")
+    assert "test_is_described[magnet]" in output

@@ -92,14 +92,14 @@ def send(
 
 def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> list[Telemetry]:
     """Answer telemetry as the studio does; return the frames of ``seconds`` of board time."""
-    seen, told = [], -1
+    seen, alive_turn = [], -1
     for message in stream:
         if not isinstance(message, Telemetry):
             break
         seen.append(message)
         turn = round(message.time_us * 1e-6 / ALIVE_APART)
-        os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
-        told = turn
+        os.write(board.fileno(), encode(Alive()) if turn != alive_turn else DELIMITER)
+        alive_turn = turn
         if (message.time_us - seen[0].time_us) * 1e-6 >= seconds:
             break
     return seen

@@ -289,6 +289,6 @@ def run_case(case: Case, folder: Path) -> Run:
         "stale": int(control.stale_count[0]),
         "lost": int(control.lost_frames[0]),
         "bad": session.bad_frames,
-        "told": session.rx_errors,
+        "counted": session.rx_errors,
     }
     return run

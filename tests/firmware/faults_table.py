@@ -46,7 +46,7 @@ class Measured:
     foreign: int  # number of log rows with a force that was never sent (falsely accepted)
     lost: int
     bad: int
-    told: int  # number of damaged messages that the board counted and reported, modulo 256
+    counted: int  # number of damaged messages that the board counted and reported, modulo 256
     stale: int
     fault: int
     overruns: int  # number of bytes that the chip's port lost
@@ -80,7 +80,7 @@ def measure(case: Case) -> Measured:
         overruns=run.summary["overruns"],
         late_ticks=sum(late_ticks(found) for found in run.rows),
         **{key: run.summary[key] for key in ("silent_offs", "hurt_to", "hurt_from")},
-        **{key: run.counters[key] for key in ("lost", "bad", "told", "stale", "fault")},
+        **{key: run.counters[key] for key in ("lost", "bad", "counted", "stale", "fault")},
     )
 
 
@@ -264,7 +264,7 @@ def line_of(m: Measured, case: Case) -> str:
         within(m.back, case.back),
         str(m.lost),
         str(m.bad),
-        str(m.told),
+        str(m.counted),
         str(m.wrong),
         FAULTS.get(m.fault, ""),
     ]

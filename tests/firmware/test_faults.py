@@ -79,7 +79,7 @@ def test_faults_stay_within_their_bounds(case, measured):
     assert found.late_ticks == found.overruns == 0
     assert found.fault in case.latched
     if found.hurt_to:
-        assert found.told > 0
+        assert found.counted > 0
     if found.hurt_from:
         assert found.lost > 0
         assert found.bad > 0
@@ -90,6 +90,6 @@ def test_faults_stay_within_their_bounds(case, measured):
         assert found.hurt_to + found.hurt_from > 30
     assert found.stale == STALES.get(case.name, found.stale)
     if case.name == "none":
-        assert found.lost == found.bad == found.told == found.fault == found.silent_offs == 0
+        assert found.lost == found.bad == found.counted == found.fault == found.silent_offs == 0
     if case.name == "to the board nothing for 300 ms":  # meanwhile the board has switched its motor off
         assert found.back >= RECOVER

@@ -30,7 +30,7 @@ BUILD = FIRMWARE / "build"
 
 
 @pytest.fixture(scope="module")
-def said():
+def output():
     """Build the firmware; return the sizes that the build prints."""
     done = make()
     assert done.returncode == 0, done.stderr
@@ -61,10 +61,10 @@ def test_chip_independent_parts_pass_their_tests():
 
 @pytest.mark.slow
 @needs_avr
-def test_flash_and_ram_are_printed_and_fit(said):
-    flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())
+def test_flash_and_ram_are_printed_and_fit(output):
+    flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", output).groups())
     pattern = r"RAM +(\d+) of (\d+) bytes, (\d+) of them the arena; the stack takes (\d+), (\d+) stay free"
-    ram, ram_limit, arena, stack, free = map(int, re.search(pattern, said).groups())
+    ram, ram_limit, arena, stack, free = map(int, re.search(pattern, output).groups())
     assert (flash_limit, ram_limit) == (24000, 2048)
     assert 1000 < flash <= flash_limit
     assert arena >= 600
@@ -84,7 +84,7 @@ def test_the_prebuilt_firmware_belongs_to_these_sources():
 
 
 @needs_avr
-def test_the_prebuilt_firmware_is_reproducible_with_its_compiler(said):
+def test_the_prebuilt_firmware_is_reproducible_with_its_compiler(output):
     recorded = resources.path("firmware", "made-with.txt").read_text()
     if make("-s", "--no-print-directory", "made-with").stdout != recorded:
         pytest.skip("another compiler than the prebuilt one's; test_vb_firmware.py looks at what it does")

@@ -108,9 +108,9 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
         forces, states = (part[missing:] for part in twin.run(rows))
         none = np.flatnonzero(~np.isfinite(forces))
         end = none[0] if len(none) else len(forces)
-        told = [k for k in range(end) if found.states[k][0] < program.states]
-        mine = [*forces[:end], *(states[k, found.states[k][0]] for k in told)]
-        its = np.array([*found.forces[:end], *(found.states[k][1] for k in told)], np.float32)
+        known = [k for k in range(end) if found.states[k][0] < program.states]
+        mine = [*forces[:end], *(states[k, found.states[k][0]] for k in known)]
+        its = np.array([*found.forces[:end], *(found.states[k][1] for k in known)], np.float32)
         same = np.equal(mine, its) | (np.isnan(mine) & np.isnan(its))
         if same.all():
             break

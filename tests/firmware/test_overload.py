@@ -229,9 +229,9 @@ def flood(turns: Turns, kit) -> Talk:
     end = now + SECONDS
     while now < end:
         while owed > 0:
-            said = next(frames)
-            turns.say(said)
-            owed -= len(said)
+            frame = next(frames)
+            turns.say(frame)
+            owed -= len(frame)
         line.turn()
         owed += share(now) * BYTES * (turns.time - now)
         now = turns.time

@@ -379,8 +379,8 @@ def elf(archive, tmp_path_factory):
 @needs_ide
 @pytest.mark.slow
 def test_the_firmware_fits_the_chip(elf):
-    said = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True).stdout
-    size = {line.split()[0]: int(line.split()[1]) for line in said.splitlines() if line.startswith(".")}
+    output = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True).stdout
+    size = {line.split()[0]: int(line.split()[1]) for line in output.splitlines() if line.startswith(".")}
     assert 10_000 < size[".text"] + size[".data"] <= FLASH
     assert ARENA < size[".data"] + size[".bss"] + size[".noinit"] <= RAM - stack_counted() - FREE
 

@@ -73,7 +73,7 @@ class RendersItself(FakeKit):
         return self.loaded is not None and self.loaded.whole and self.refuses == Refusal.NONE
 
     @property
-    def told(self):
+    def announced(self):
         """Return the generation that telemetry contains: that of the last change, or of an unchanged law."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
@@ -102,12 +102,12 @@ class BoardSetup:
         if not self.kit.renders:
             count = self.count - self.kit.settings.zero
             why = self.kit.refuses if self.kit.loaded is not None else 0
-            said = {"generation": self.kit.generation, "received": self.kit.received, "refusal": int(why)}
-            said |= {"flags": 0, "pwm": 0, "rx_errors": 0, "stale": 0} | self.sample
-            return encode(Sample(self.seq, time_us, count, 0, self.seq - 1, 500, **said))
+            state = {"generation": self.kit.generation, "received": self.kit.received, "refusal": int(why)}
+            state |= {"flags": 0, "pwm": 0, "rx_errors": 0, "stale": 0} | self.sample
+            return encode(Sample(self.seq, time_us, count, 0, self.seq - 1, 500, **state))
         known = {
             "velocity": 0.0, "asked": 0.0, "pwm": 0, "delay_us": 100, "flags": 0, "rx_errors": 0,
-            "overruns": 0, "generation": self.kit.told, "state_at": 0, "state": 0.0,
+            "overruns": 0, "generation": self.kit.announced, "state_at": 0, "state": 0.0,
         }  # fmt: skip
         count = self.count - self.kit.settings.zero
         return encode(Telemetry(seq=self.seq, time_us=time_us, count=count, **known | self.telemetry))

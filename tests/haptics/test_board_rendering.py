@@ -50,10 +50,10 @@ def test_the_force_fades_out_before_the_handover(rendering):
     shares = np.array([row[rows.APPLIED_FORCE] for row in found]) / before[rows.APPLIED_FORCE]
     fading = shares[shares > 0.0]
     np.testing.assert_allclose(-np.diff(fading), 1.0 / 30.0, atol=1e-9)
-    told = [type(m) for m in setup.board.received]
-    last = max(i for i, kind in enumerate(told) if kind is Force)
-    assert told.index(Piece) > told.index(Law) > told.index(Board) > 0
-    assert last < told.index(Law)
+    messages = [type(m) for m in setup.board.received]
+    last = max(i for i, kind in enumerate(messages) if kind is Force)
+    assert messages.index(Piece) > messages.index(Law) > messages.index(Board) > 0
+    assert last < messages.index(Law)
     assert setup.messages(Force)[-1].force == 0.0
 
 
@@ -302,10 +302,10 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
     assert (len(setup.messages(Law)), len(setup.messages(Force))) == (1, forces)
     setup.engine.close()
     assert setup.messages(Leave, Force)[-1] == Force(0, 0, 0.0)
-    told = setup.messages(Leave, Force)
-    left = told.index(Leave())
-    assert told[left : left + 2] == [Leave(), Leave()]
-    assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
+    messages = setup.messages(Leave, Force)
+    left = messages.index(Leave())
+    assert messages[left : left + 2] == [Leave(), Leave()]
+    assert set(messages[left + 2 :]) == {Force(0, 0, 0.0)}
 
 
 def test_a_handover_far_from_the_start_causes_no_apparent_speed(rendering):

@@ -108,5 +108,5 @@ def test_the_reported_line_is_the_laws(how):
     source = BROKEN.force.function.__code__
     line = int(text.split("line ")[1].split(" ")[0])
     with open(source.co_filename, encoding="utf-8") as file:
-        said = file.readlines()[line - 1]
-    assert ("s.cells[" if how == "index" else "for ") in said
+        source_line = file.readlines()[line - 1]
+    assert ("s.cells[" if how == "index" else "for ") in source_line

@@ -47,9 +47,9 @@ def test_a_second_of_silence_means_disconnected_unless_no_frame_came_before_or_t
     assert not link.board_gone(r, conn, 100.0)
     assert conn.state.quiet == pytest.approx(0.040)
     assert r.control.fault[0] == arrays.NO_FAULT
-    said = passes(heard())
-    assert not any(said[:49])
-    assert all(said[51:])
+    row = passes(heard())
+    assert not any(row[:49])
+    assert all(row[51:])
     assert (r.control.fault[0], r.tick.fault_value) == (arrays.DEVICE_GONE, link.GONE_AFTER)
 
 

@@ -279,10 +279,10 @@ def test_it_calls_the_law_without_changing_its_state():
     assert harness.r.watch.cells_known > passivity.CELLS
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_energy_stored_in_a_moving_object_may_be_given_back(told):
+@pytest.mark.parametrize("declared", [True, False])
+def test_energy_stored_in_a_moving_object_may_be_given_back(declared):
     """A parameter is changed while a pushed puck flies. The handle yields when the puck returns."""
-    puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
+    puck = LIBRARY["puck"] if declared else replace(LIBRARY["puck"], stored=None)
     harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
     for k in range(600):
         if k == 100:
@@ -291,7 +291,7 @@ def test_energy_stored_in_a_moving_object_may_be_given_back(told):
         force = found[-1][rows.APPLIED_FORCE]
     out = np.array(found)
     assert out[-1, rows.ENERGY] - out[100, rows.ENERGY] > 5e-3
-    assert bool(alarms(out)) == (not told)
+    assert bool(alarms(out)) == (not declared)
 
 
 @pytest.mark.parametrize("start", [0.007, 0.012])

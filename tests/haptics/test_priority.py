@@ -196,11 +196,11 @@ def test_a_demoted_thread_is_reported():
 
     def run():
         obtained = priority.obtain()
-        said = [priority.current(obtained, threading.get_native_id())]
+        texts = [priority.current(obtained, threading.get_native_id())]
         priority.demote()
-        said.append(priority.current(obtained, threading.get_native_id()))
+        texts.append(priority.current(obtained, threading.get_native_id()))
         priority.release()
-        return said
+        return texts
 
     before, after = in_thread(run)
     assert before.realtime

@@ -16,7 +16,7 @@ def samples(key, values, position, force, energy=None, state=None, **settings):
     environment = environments.named(key)
     n = len(position)
     time = np.arange(n) / RATE
-    said = {
+    event = {
         **settings_events.of_scene(environment, environment.values(values)),
         "rate_Hz": RATE,
         "delay_s": 0.0,
@@ -33,7 +33,7 @@ def samples(key, values, position, force, energy=None, state=None, **settings):
         np.zeros(n) if energy is None else energy,
         np.zeros(n, int),
         np.zeros((n, 4)) if state is None else state,
-        [(0.0, said)],
+        [(0.0, event)],
     )
 
 
@@ -65,15 +65,15 @@ def elsewhere(found, key="free"):
     """Return samples that were recorded in another environment."""
     environment = environments.named(key)
     log = [
-        (when, {**said, **settings_events.of_scene(environment, environment.values()), "state_names": []})
-        for when, said in found.log
+        (when, {**event, **settings_events.of_scene(environment, environment.values()), "state_names": []})
+        for when, event in found.log
     ]
     return replace(found, log=log)
 
 
 def slower(found, factor):
     """Return samples whose duration is longer by a factor."""
-    log = [(factor * when, said) for when, said in found.log]
+    log = [(factor * when, event) for when, event in found.log]
     return replace(found, time=factor * found.time, log=log)
 
 

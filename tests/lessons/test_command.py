@@ -15,10 +15,10 @@ from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
 def test_list_names_every_lesson_and_every_mistake(tmp_path, capsys):
     (tmp_path / "bad.md").write_text("+++\ntitle = 3\n+++\n")
     assert main(["lessons", "list", "--folder", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for key in library().lessons:
-        assert key in said
-    assert "bad.md, line 2: title is 3" in said
+        assert key in output
+    assert "bad.md, line 2: title is 3" in output
 
 
 def test_a_new_lesson_is_complete_and_never_overwritten(tmp_path, capsys):
@@ -39,9 +39,9 @@ def test_play_reports_the_check_that_does_not_pass(tmp_path, capsys):
     path.write_text(path.read_text().replace("[1, 18], [2.5, 18]", "[1, 5.5], [2.5, 5.5]"))
     capsys.readouterr()
     assert main(["lessons", "play", str(path)]) == 2
-    said = capsys.readouterr().out
-    assert re.search(r"You pressed 0\.\d+ mm deep\. Press at least 3 mm deep\.", said)
-    assert "Not passed: 1.1." in said
+    output = capsys.readouterr().out
+    assert re.search(r"You pressed 0\.\d+ mm deep\. Press at least 3 mm deep\.", output)
+    assert "Not passed: 1.1." in output
 
 
 def test_check_reports_the_line_of_a_formula(tmp_path, capsys):

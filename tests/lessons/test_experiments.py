@@ -97,9 +97,9 @@ def test_the_command_saves_a_virtual_subjects_session_and_recovers_the_result(tm
 def test_the_command_recovers_a_virtual_observers_threshold_and_draws_it(tmp_path, capsys):
     path, plot = tmp_path / "new.hapkit", tmp_path / "new.png"
     assert main(["experiment", "threshold", str(path), "--virtual", "--plot", str(plot)]) == 0
-    said = capsys.readouterr().out
-    assert "Weber fraction" in said
-    assert "True Weber fraction: 11.6 %" in said
+    output = capsys.readouterr().out
+    assert "Weber fraction" in output
+    assert "True Weber fraction: 11.6 %" in output
     assert plot.stat().st_size > 10_000
     assert experiments.own_threshold(path).weber.holds(Observer().threshold)
 

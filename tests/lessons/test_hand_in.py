@@ -49,9 +49,9 @@ def edit_event(path, change, key):
     """Change an answer's JSON, and correct its checksum."""
     with closing(sqlite3.connect(path)) as database:
         for row, time, kind, what in database.execute("SELECT id, time, kind, what FROM event").fetchall():
-            said = json.loads(what)
-            if kind == "answer" and said["key"] == key:
-                text = json.dumps(change(said), ensure_ascii=False)
+            answer = json.loads(what)
+            if kind == "answer" and answer["key"] == key:
+                text = json.dumps(change(answer), ensure_ascii=False)
                 values = (text, checksum((time, kind, text)), row)
                 database.execute("UPDATE event SET what = ?, crc = ? WHERE id = ?", values)
         database.commit()
@@ -111,7 +111,7 @@ def test_an_interval_that_passed_earlier_is_evaluated_instead_of_the_newest(hand
 
 
 def test_an_edited_value_is_detected(handed, lesson):
-    edit_event(handed, lambda said: {**said, "value": 81.5}, "1.1")
+    edit_event(handed, lambda answer: {**answer, "value": 81.5}, "1.1")
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
     assert row.state == "edited"
     assert "The file says 81.5 N/m" in row.reason
@@ -120,7 +120,7 @@ def test_an_edited_value_is_detected(handed, lesson):
 
 @pytest.mark.parametrize("part", ["start", "stop"])
 def test_a_shifted_interval_is_detected(handed, lesson, part):
-    edit_event(handed, lambda said: {**said, part: said[part] - 0.01}, "1.1")
+    edit_event(handed, lambda answer: {**answer, part: answer[part] - 0.01}, "1.1")
     assert states(handed, lesson)["1.1"] == "edited"
 
 
@@ -129,7 +129,7 @@ def test_a_wrong_answer_edited_to_correct_is_detected(tmp_path, lesson, played):
     save_played(path, lesson, played[:1], "Bob")  # the student did the first step only
     assert states(path, lesson)["2.2"] == "missing"
     edit_event(
-        path, lambda said: {**said, "state": "correct", "value": 120.0, "start": 0.6, "stop": 3.6}, "2.2"
+        path, lambda answer: {**answer, "state": "correct", "value": 120.0, "start": 0.6, "stop": 3.6}, "2.2"
     )
     assert states(path, lesson)["2.2"] == "edited"
 
@@ -141,7 +141,7 @@ def test_edited_samples_are_detected_in_every_check(handed, lesson):
 
 
 def test_an_edited_question_is_judged_again(handed, lesson):
-    edit_event(handed, lambda said: {**said, "given": ["7"]}, "2.3")
+    edit_event(handed, lambda answer: {**answer, "given": ["7"]}, "2.3")
     assert states(handed, lesson)["2.3"] == "edited"
 
 
@@ -164,7 +164,7 @@ def test_an_answer_of_any_type_gives_a_row_or_one_reason(handed, lesson, field):
     for key in ("1.1", "2.3"):
         for value in NASTY:
             handed.write_bytes(whole)
-            edit_event(handed, lambda said, v=value: {**said, field: v}, key)
+            edit_event(handed, lambda answer, v=value: {**answer, field: v}, key)
             rows = grade_file(handed, {KEY: lesson})
             assert rows
             for row in rows:
@@ -180,7 +180,7 @@ def test_a_missing_lesson_is_named(handed):
 
 def test_a_changed_lesson_is_reported_if_an_answer_is_not_correct(handed, lesson):
     other = replace(lesson, stamp="0" * 16)
-    edit_event(handed, lambda said: {**said, "value": 1.0}, "1.1")
+    edit_event(handed, lambda answer: {**answer, "value": 1.0}, "1.1")
     rows = {row.task.split()[0]: row for row in grade_file(handed, {KEY: other})}
     assert "The lesson was changed" in rows["1.1"].reason
     assert "The lesson was changed" not in rows["2.2"].reason
@@ -203,8 +203,10 @@ def test_grading_thirty_students_finds_the_three_that_edited(tmp_path, lesson, p
     save_played(first, lesson, played, "Student 0")
     for number in range(1, 30):
         (tmp_path / f"student{number:02}.hapkit").write_bytes(first.read_bytes())
-    edit_event(tmp_path / "student05.hapkit", lambda said: {**said, "value": said["value"] * 1.001}, "2.2")
-    edit_event(tmp_path / "student13.hapkit", lambda said: {**said, "value": 0.0143}, "3.5")
+    edit_event(
+        tmp_path / "student05.hapkit", lambda answer: {**answer, "value": answer["value"] * 1.001}, "2.2"
+    )
+    edit_event(tmp_path / "student13.hapkit", lambda answer: {**answer, "value": 0.0143}, "3.5")
     edit_samples(tmp_path / "student21.hapkit", 1.001)
     rows = grade(tmp_path, {KEY: lesson})
     edited = {row.file for row in rows if row.state == "edited"}
@@ -261,7 +263,7 @@ def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
     assert main(["lessons", "grade", str(tmp_path)]) == 0
     assert "1 file, 6 of 6 tasks correct." in capsys.readouterr().out
     assert (tmp_path / "grades.csv").read_text().startswith("student,file,lesson")
-    edit_event(path, lambda said: {**said, "value": 1.0}, "1.1")
+    edit_event(path, lambda answer: {**answer, "value": 1.0}, "1.1")
     assert main(["lessons", "grade", str(tmp_path)]) == 2
     assert "Edited: ada.hapkit." in capsys.readouterr().out
 

@@ -218,14 +218,14 @@ def test_the_command_writes_shows_and_answers_a_review(handed, lesson, capsys):
     assert main(["lessons", "reply", str(path), "--comment", "thanks"]) == 0
     capsys.readouterr()
     assert main(["lessons", "review", str(handed.path)]) == 0
-    said = capsys.readouterr().out
-    assert "Bob on ada.hapkit" in said
-    assert "at 12.50 s: nice" in said
-    assert "reply: thanks" in said
+    output = capsys.readouterr().out
+    assert "Bob on ada.hapkit" in output
+    assert "at 12.50 s: nice" in output
+    assert "reply: thanks" in output
     assert main(["lessons", "review", str(handed.path), "--hide-names", "--json"]) == 0
-    said = capsys.readouterr().out
-    assert "Bob" not in said
-    assert json.loads(said)["reviews"][0]["reviewer"] == "Reviewer 1"
+    output = capsys.readouterr().out
+    assert "Bob" not in output
+    assert json.loads(output)["reviews"][0]["reviewer"] == "Reviewer 1"
 
 
 @pytest.mark.parametrize("points", ["1", "9,1,1", "1,1,-1", "x,1,1", "1,1,1,1", "1,1,", ""])

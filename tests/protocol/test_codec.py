@@ -158,30 +158,30 @@ def test_rows_beyond_the_output_are_skipped_and_counted():
 
 
 # --- frames to the board
-def told(encoder, *arguments):
+def encoded(encoder, *arguments):
     out = np.full(law_frames.ROOM, 0x99, np.uint8)
     return bytes(out[: encoder(out, *arguments)])
 
 
 @given(st.integers(0, 65535), st.integers(0, 255), st.floats(width=32))
 def test_a_force_is_encoded_as_by_the_plain_codec(seq, behind, force):
-    said = told(codec.encode_force, seq, behind, force)
+    frame = encoded(codec.encode_force, seq, behind, force)
     if force == force:
-        assert said == encode(Force(seq, behind, force))
+        assert frame == encode(Force(seq, behind, force))
     else:
-        [decoded] = Decoder().feed(said)
+        [decoded] = Decoder().feed(frame)
         assert (decoded.seq, decoded.behind) == (seq, behind)
         assert decoded.force != decoded.force
 
 
 @pytest.mark.parametrize("message", [Stop(), Release(), Alive(), Leave(), HelloRequest()])
 def test_messages_without_fields_are_encoded_as_by_the_plain_codec(message):
-    assert told(codec.encode_simple, message.ID) == encode(message)
+    assert encoded(codec.encode_simple, message.ID) == encode(message)
 
 
 @given(messages_of(Law))
 def test_a_law_is_encoded_as_by_the_plain_codec(law):
-    assert told(law_frames.encode_law, *vars(law).values()) == encode(law)
+    assert encoded(law_frames.encode_law, *vars(law).values()) == encode(law)
 
 
 @pytest.mark.slow
@@ -190,7 +190,9 @@ def test_pieces_are_encoded_as_by_the_plain_codec(program, generation, data):
     words = law_frames.packed(program, 38)  # the last piece may extend beyond these 38 words
     at = data.draw(st.integers(0, len(program) - 1))
     taken = program[at : at + PIECE].ljust(PIECE, b"\0")
-    assert told(law_frames.encode_piece, generation, at, words) == encode(Piece(generation, at, tuple(taken)))
+    assert encoded(law_frames.encode_piece, generation, at, words) == encode(
+        Piece(generation, at, tuple(taken))
+    )
 
 
 finite = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -217,7 +219,7 @@ def test_settings_with_a_new_zero_are_encoded_as_by_the_plain_codec(board, zero,
     law_frames.put_integer(body, law_frames.AT_ZERO, 4, zero)
     law_frames.put_integer(body, law_frames.AT_SENSE, 1, sense)
     wanted = Board(**{**vars(board), "zero": zero, "sense": sense})
-    assert told(law_frames.encode_body, body) == encode(wanted)
+    assert encoded(law_frames.encode_body, body) == encode(wanted)
 
 
 LONGEST = (Board, Alive), (Piece, Piece, Piece, Alive), (Law, Force, Alive), (Tune, Alive)
@@ -242,11 +244,11 @@ size = codec.encode_force(command, 260, 3, -1.5)
 print(codec.feed(state, buffer, data, len(data), out), out[0].tolist(), bytes(command[:size]).hex())
 """
     command = [sys.executable, "-c", program]
-    said = {
+    results = {
         subprocess.run(
             command, env=os.environ | {"NUMBA_DISABLE_JIT": flag}, capture_output=True, text=True, check=True
         ).stdout
         for flag in "01"
     }
-    assert len(said) == 1
-    assert said.pop().startswith("1 [5.0, 7e-06, -9.0, 4.0, 0.0003, 1.0, -2.0, 0.0, 0.0, 0.0")
+    assert len(results) == 1
+    assert results.pop().startswith("1 [5.0, 7e-06, -9.0, 4.0, 0.0003, 1.0, -2.0, 0.0, 0.0, 0.0")

@@ -42,8 +42,8 @@ def test_cobs_round_trip(raw):
 def test_ids_are_distinct_and_encode_the_direction():
     ids = [m.ID for m in MESSAGES]
     assert len(set(ids)) == len(ids)
-    told = {Hello, Sample, Telemetry, Settings}
-    assert all(m.from_board() == (m in told) for m in MESSAGES)
+    from_board = {Hello, Sample, Telemetry, Settings}
+    assert all(m.from_board() == (m in from_board) for m in MESSAGES)
 
 
 @given(st.lists(any_message, max_size=8), st.integers(1, 30))

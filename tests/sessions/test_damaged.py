@@ -329,8 +329,8 @@ def test_equal_settings_are_stored_once(tmp_path):
     path, made = tmp_path / "same.hapkit", table(100)
     with SessionWriter.whole(path) as writer:
         for stiffness in (1.0, 2.0):
-            said = {"parameters": {"stiffness": stiffness}, "units": {"stiffness": "N/m"}}
-            writer.note(Event(made[1, rows.HOST_TIME], SETTINGS, said))
+            settings = {"parameters": {"stiffness": stiffness}, "units": {"stiffness": "N/m"}}
+            writer.note(Event(made[1, rows.HOST_TIME], SETTINGS, settings))
         writer.add(pack(made, QUANTUM, 0))
     with closing(Session(path)) as found:
         first, second = (event.what for event in found.events)

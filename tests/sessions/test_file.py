@@ -71,7 +71,7 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
 
 
 @pytest.mark.parametrize(
-    ("statement", "said"),
+    ("statement", "text"),
     [
         ("CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END", "is not a session"),
         ("CREATE VIEW v AS SELECT 1", "is not a session"),
@@ -87,12 +87,12 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
         ("PRAGMA user_version=3", "version 3, not 2"),
     ],
 )
-def test_files_with_other_tables_or_a_newer_version_are_refused(tmp_path, statement, said):
+def test_files_with_other_tables_or_a_newer_version_are_refused(tmp_path, statement, text):
     path = tmp_path / "a.hapkit"
     written(path, 1)
     with sqlite3.connect(path) as database:
         database.execute(statement)
-    with pytest.raises(SessionError, match=said):
+    with pytest.raises(SessionError, match=text):
         Session(path)
 
 

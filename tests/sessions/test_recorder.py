@@ -184,9 +184,9 @@ def test_a_recording_continues_on_another_device(engine, recorder, tmp_path):
     recorder.stop()
     other.close()
     session = Session(tmp_path / "a.hapkit")
-    said = [e.what for e in session.events if e.kind == SETTINGS]
-    assert [s["environment"] for s in said] == ["wall", "damping"]
-    assert said[-1]["device"]["mass"] == 0.1
+    settings = [e.what for e in session.events if e.kind == SETTINGS]
+    assert [s["environment"] for s in settings] == ["wall", "damping"]
+    assert settings[-1]["device"]["mass"] == 0.1
     assert session.check() == ()
 
 

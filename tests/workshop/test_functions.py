@@ -116,14 +116,14 @@ def test_the_process_ends_with_its_parent(tmp_path, stiffness):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("statement", "said"),
+    ("statement", "message"),
     [
         ("while True: pass", "`check` does not end"),
         ("os._exit(0)", "`check` ended Python: remove calls such as exit()"),
         ("os.abort()", "`check` crashed Python"),
     ],
 )
-def test_a_trial_names_the_function_at_its_line(tmp_path, statement, said):
+def test_a_trial_names_the_function_at_its_line(tmp_path, statement, message):
     tried = saved(tmp_path, with_functions(with_check(statement).replace("123 <", "0 <=")))
     (problem,) = trial.check(tried, timeout=40.0).problems
-    assert (problem.text, problem.line) == (said, line_of(tried.text, "def check"))
+    assert (problem.text, problem.line) == (message, line_of(tried.text, "def check"))

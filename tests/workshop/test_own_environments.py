@@ -54,8 +54,8 @@ def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
     write(tmp_path, whole, "my env.py")
     code, out, err = run(capsys, str(tmp_path / "my env.py"), "--trust")
     assert (code, out) == (2, "")
-    said = "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"
-    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, '/ p.mass')}: {said}")
+    message = "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"
+    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, '/ p.mass')}: {message}")
     assert err.count("\n") == 1
 
 
@@ -173,7 +173,7 @@ def test_the_same_file_installs_as_a_package(tmp_path):
         text=True,
         check=True,
     )
-    first, second, said = done.stdout.splitlines()
+    first, second, message = done.stdout.splitlines()
     assert (first, second) == ("Mine True False", "True True")
-    assert said.count("cannot be loaded") == 1
-    assert "'broken'" in said
+    assert message.count("cannot be loaded") == 1
+    assert "'broken'" in message

@@ -160,19 +160,19 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "where", "said"), MISTAKES)
-def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, where, said):
+@pytest.mark.parametrize(("old", "new", "where", "message"), MISTAKES)
+def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, where, message):
     assert old in WHOLE
     whole = WHOLE.replace(old, new, 1)
     error = wrong(tmp_path, whole)
-    assert said in str(error)
+    assert message in str(error)
     assert "\n" not in str(error)
     lines = [n for n, line in enumerate(whole.split("\n"), 1) if where in line]
     assert error.line == (lines[-1] if where == ")" else lines[0])
 
 
 @pytest.mark.parametrize(
-    ("data", "said", "line"),
+    ("data", "message", "line"),
     [
         (b"", "end it with `ENVIRONMENT", 1),
         (b"\n\n\n", "end it with `ENVIRONMENT", 3),
@@ -186,12 +186,12 @@ def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, where, said):
     ],
     ids=["empty", "blank", "latin", "utf-16", "null", "huge", "brackets", "signs", "digits"],
 )
-def test_files_without_an_environment_are_reported(tmp_path, data, said, line):
+def test_files_without_an_environment_are_reported(tmp_path, data, message, line):
     path = tmp_path / "mine.py"
     path.write_bytes(data)
     with pytest.raises(LawError) as caught:
         reading.load(path)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert line in (0, caught.value.line)
     assert len(str(caught.value)) < 400
 

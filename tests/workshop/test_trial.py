@@ -80,10 +80,10 @@ ENDS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("beside", "said"), wide(ENDS, lambda beside, said: "os._exit" in beside))
-def test_a_file_that_ends_the_program_gets_a_verdict(tmp_path, beside, said):
+@pytest.mark.parametrize(("beside", "message"), wide(ENDS, lambda beside, message: "os._exit" in beside))
+def test_a_file_that_ends_the_program_gets_a_verdict(tmp_path, beside, message):
     (problem,) = trial.check(saved(tmp_path, text(beside=beside))).problems
-    assert said in problem.text
+    assert message in problem.text
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")

@@ -29,13 +29,13 @@ FAULTS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("body", "state", "where", "said"), FAULTS)
-def test_a_fault_at_corner_values_is_reported_with_its_line(tmp_path, body, state, where, said):
+@pytest.mark.parametrize(("body", "state", "where", "message"), FAULTS)
+def test_a_fault_at_corner_values_is_reported_with_its_line(tmp_path, body, state, where, message):
     whole = text(body, state)
     verdict = trying.try_out(saved(tmp_path, whole))
     assert not verdict.ok
     (problem,) = verdict.problems
-    assert said in problem.text
+    assert message in problem.text
     lines = whole.split("\n")
     assert where in lines[problem.line - 1]
 
@@ -70,11 +70,11 @@ FUNCTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("given", "said"), FUNCTIONS)
-def test_the_environments_other_functions_are_called_too(tmp_path, given, said):
+@pytest.mark.parametrize(("given", "message"), FUNCTIONS)
+def test_the_environments_other_functions_are_called_too(tmp_path, given, message):
     whole = text(end=END.replace("    force=force,", "    force=force,\n    " + given))
     (problem,) = trying.try_out(saved(tmp_path, whole)).problems
-    assert said in problem.text
+    assert message in problem.text
     assert problem.line == line_of(whole, given)
 
 

@@ -81,8 +81,8 @@ class Plane:
     ``edge_damping`` and ``edge`` (k,) are the passivity line up to the largest passive damping. ``coulomb``
     is the stiffness in ``coulomb_line``, inf without sensor steps. ``hands`` are the limits at the margin's
     damping. For a nonlinear estimator exact, friction, and the limits of hands and margin are NaN, and the
-    edge is empty. ``said`` is the handle's behaviour with the margin's impedance, and ``family`` contains the
-    limits of the worst hand; each is None unless it was requested.
+    edge is empty. ``verdict`` is the verdict on the margin's impedance, and ``family`` contains the limits of
+    the worst hand; each is None unless it was requested.
     """
 
     setting: LoopSettings
@@ -99,26 +99,28 @@ class Plane:
     hands: dict[str, float]
     points: Points | None = None
     cells: Cells | None = None
-    said: Verdict | None = None
+    verdict: Verdict | None = None
     family: Family | None = None
 
     @property
     def text(self) -> str:
         """Return the handle's behaviour if it is known, otherwise the margin."""
-        said = self.said
-        if said is None:
+        verdict = self.verdict
+        if verdict is None:
             return sentence(self.margin)
-        return " ".join(filter(None, (*said.lines, said.reason, self.caption, stable_again(self.margin))))
+        return " ".join(
+            filter(None, (*verdict.lines, verdict.reason, self.caption, stable_again(self.margin)))
+        )
 
     @property
     def pushes(self) -> bool:
         """Return True if the map is for a released handle, and the scene only pushes it away, like a wall."""
-        return self.said is not None and self.said.pushes and self.setting.grip is None
+        return self.verdict is not None and self.verdict.pushes and self.setting.grip is None
 
     @property
     def caption(self) -> str:
         """Return a sentence on the validity of the map; "" if the map is valid for the scene itself."""
-        if self.said is not None and self.said.joint:
+        if self.verdict is not None and self.verdict.joint:
             return (
                 "This map is for a wall, but the limits in the text are for the handle and the object "
                 "together."
@@ -294,7 +296,7 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "ratio": margin.ratio,
             "stable": margin.stable if math.isfinite(margin.limit) else None,
             "text": plane.text,
-            "handle": plane.said.does if plane.said else None,
+            "handle": plane.verdict.does if plane.verdict else None,
             "hands": plane.hands,
             "coulomb_line": plane.coulomb,
             "columns": {**columns, "passive": passive(plane)},

@@ -55,6 +55,6 @@ class Dividers(QObject):
         change, instead = ({where: last[where] for where in after}, after), None
         if self._gesture == self._undo.gesture and self._live.history.now - self._at < _RESTED:
             change, instead = joined(self._change, change), self._at
-        said = change_text(self._studio, *change) if change[1] else ""
-        self._at = self._live.note(f"{said[:1].upper()}{said[1:]}", instead)
+        text = change_text(self._studio, *change) if change[1] else ""
+        self._at = self._live.note(f"{text[:1].upper()}{text[1:]}", instead)
         self._gesture, self._change = self._undo.gesture, change

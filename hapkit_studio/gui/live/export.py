@@ -55,10 +55,10 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
 class LiveExport(QObject):
     """Saves and copies a range of the plotted samples, with the settings and their changes.
 
-    ``said`` is emitted with a sentence that reports success, ``failed`` with the reason for a failure.
+    ``succeeded`` is emitted with a sentence that reports success, ``failed`` with the reason for a failure.
     """
 
-    said = Signal(str)
+    succeeded = Signal(str)
     failed = Signal(str)
 
     def __init__(self, studio: "Studio", centre: "Centre"):
@@ -66,7 +66,9 @@ class LiveExport(QObject):
         self._studio, self._centre = studio, centre
         self._settings: deque[tuple[float, dict[str, Any]]] = deque()
         self._saving, self._copying = (Job(self, needs="", must_finish=True) for _ in range(2))
-        self._saving.finished.connect(lambda path: self.said.emit(f"The file {Path(path).name} was saved"))
+        self._saving.finished.connect(
+            lambda path: self.succeeded.emit(f"The file {Path(path).name} was saved")
+        )
         self._copying.finished.connect(self._put)
         for job in (self._saving, self._copying):
             job.failed.connect(self.failed)
@@ -112,7 +114,7 @@ class LiveExport(QObject):
 
     def _put(self, picture: QImage) -> None:
         QGuiApplication.clipboard().setImage(picture)
-        self.said.emit("The picture was copied")
+        self.succeeded.emit("The picture was copied")
 
     def _note_settings(self) -> None:
         """Store the current settings with their time; discard settings that only apply to dropped samples."""

@@ -279,12 +279,12 @@ class ScenePart(Part):
             self.bar.show_text(str(error), danger=True)
 
     def _choose(self, one: Option | None) -> None:
-        self._chosen, said = one, ""
+        self._chosen, text = one, ""
         if one is not None:
             felt = f"Error: {jnd(one.error)}. Sense: {one.sense}. Motion of the hand: {one.hand}"
-            said = f"{felt}. Stiffness: {this_scene.limit_text(one.limit)}"
+            text = f"{felt}. Stiffness: {this_scene.limit_text(one.limit)}"
         self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
-        self.point.setText(said)
+        self.point.setText(text)
 
     def _offer(self, one: Option | None, text: str) -> None:
         """Offer an option's methods for the loop, unless the loop uses them or the scene has no choice."""

@@ -53,7 +53,7 @@ class ZWidthPage(MeasuringPage):
         "friction. Dry friction usually helps."
     )
     arrived = Signal(float, object)
-    said = Signal(str)
+    instructed = Signal(str)
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
@@ -122,7 +122,7 @@ class ZWidthPage(MeasuringPage):
             from hapkit_studio.analysis.zwidth import on_device
             from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 
-            limits, arrived, instruct = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
+            limits, arrived, instruct = TrialLimits(max_force=limit), self.arrived.emit, self.instructed.emit
             return on_device.measure(
                 engine, limits=limits, progress=progress, arrived=arrived, instruct=instruct
             )
@@ -208,8 +208,8 @@ class ZWidthPage(MeasuringPage):
         if result is None or index is None:
             self.point.setText("")
         else:
-            said = f"{result.at(index)}{result.motor(index)}.{result.band(index)}"
-            self.point.setText(f"{said} Above this stiffness {ENDED[result.points[index].ended]}.")
+            text = f"{result.at(index)}{result.motor(index)}.{result.band(index)}"
+            self.point.setText(f"{text} Above this stiffness {ENDED[result.points[index].ended]}.")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         result = self.result
@@ -261,7 +261,7 @@ class ZWidthPage(MeasuringPage):
         self.job.failed.connect(self._failed)
         self.job.running_changed.connect(self._running_changed)
         self.arrived.connect(self.show_point)
-        self.said.connect(self.show_step)
+        self.instructed.connect(self.show_step)
         self.chart.pointed.connect(self.show_near)
         studio = self._studio
         studio.environment_changed.connect(self._scene_changed)

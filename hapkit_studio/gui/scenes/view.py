@@ -144,9 +144,9 @@ class SceneView(QWidget):
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
         if self._read_out.refresh(motion):
-            said = f"{number(motion.position, 2, sign=True)} mm"
-            said += f", force {motion.force_text}" if self._shows_force else ""
-            self.setAccessibleDescription(f"Handle at {said}. {_HELP}")
+            text = f"{number(motion.position, 2, sign=True)} mm"
+            text += f", force {motion.force_text}" if self._shows_force else ""
+            self.setAccessibleDescription(f"Handle at {text}. {_HELP}")
         self.update()
 
     def set_hand_enabled(self, enabled: bool) -> None:

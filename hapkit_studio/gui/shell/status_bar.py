@@ -195,8 +195,8 @@ class StatusBar(QWidget):
         self.jumps.setVisible(jumps > 0)
         priority = health.priority
         text = f"{priority.text}, forces up to {late(us['max'])} late."
-        said = (priority.text, "check", "ok") if priority.realtime else (text, "triangle", "warn")
-        self.priority.show_text(*said)
+        shown = (priority.text, "check", "ok") if priority.realtime else (text, "triangle", "warn")
+        self.priority.show_text(*shown)
         self.priority.link.setVisible(not priority.realtime)
         self.priority.setToolTip(priority.how)
         self._place_figures()

@@ -178,7 +178,7 @@ class MainWindow(QMainWindow):
         )
         self.state = WindowState(studio, self.settings, self.views, self.presets, self.centre.trigger)
         self.export = LiveExport(studio, self.centre)
-        self.export.said.connect(self.record_display.show_message)
+        self.export.succeeded.connect(self.record_display.show_message)
         self.export.failed.connect(lambda why: self.record_display.show_failure("No file was written.", why))
         self.opener = RecordingOpener(self)
         self.opener.opened.connect(self._hold_recording)

@@ -133,7 +133,7 @@ def test_cells_and_texts_agree(capsys, monkeypatch):
 def test_numbers_are_formatted_for_people():
     felt = {None: "–", 0.049: "0", 0.96: "1.0", 9.96: "10", 99.4: "99", math.inf: "> 99"}
     assert {one: felt_text(one) for one in felt} == felt
-    said = [
+    texts = [
         Effect("made", "sampling", 1.0, since=2416.0).since_text,
         Effect("made", "delay", 1.0, since=1.95e-4).since_text,
         Effect("made", "mass", 1.0, since=232.4).since_text,
@@ -141,7 +141,7 @@ def test_numbers_are_formatted_for_people():
         Effect("made", "delay", 1.0, limit=334.0, without=1002.0).gain_text,
         LawTerm("b", "Damping", (200.0, 100.0), (1e3, 2299.0), (400.0, 900.0)).text,
     ]
-    assert said == [
+    assert texts == [
         "up to 2,400 Hz", "from 0.2 ms", "from 230 N/m", "always", "+668 N/m",
         "Damping = 0: 200 → 100 processor cycles per period, 1,000 → 2,300 Hz, stable up to 400 → 900 N/m",
     ]  # fmt: skip

@@ -133,8 +133,8 @@ def made_up(*options, stiffness=500.0, place="board"):
 def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, best):
     found = made_up(*options)
     assert found.recommended("board").method == best
-    said = found.reason("board")
-    assert ("needs a hand or friction" in said) == (options[0][1] < 750.0)
+    text = found.reason("board")
+    assert ("needs a hand or friction" in text) == (options[0][1] < 750.0)
 
 
 def test_the_answer_and_its_reason_are_stated_as_text():
@@ -144,7 +144,7 @@ def test_the_answer_and_its_reason_are_stated_as_text():
     truer = replace(found.options[1], parts=(0.1, 4.9, 0.0, 0.0, 0.0, 0.0))
     near = replace(best, error=0.99, parts=(-0.5, 0.19, 0.0, 1.3, 0.0, 0.0))
     unnamed = replace(best, method="", error=1.0, parts=())
-    said = {
+    texts = {
         (best, truer): (
             "On the board, use M0 at 2,000 Hz: the scene differs by 3.0 JND from the ideal scene. Stiffness: "
             "stable up to 900 N/m.",
@@ -164,7 +164,7 @@ def test_the_answer_and_its_reason_are_stated_as_text():
             "",
         ),
     }
-    for options, (answer, reason) in said.items():
+    for options, (answer, reason) in texts.items():
         result = replace(found, options=options)
         assert (result.sentence("board"), result.reason("board")) == (answer, reason)
 
@@ -201,14 +201,14 @@ def plain_error(key, option, hands=(), real=scene.PARTS):
     """Return an option's largest error in JND over the hands, computed by the loop in plain Python."""
     q, ideal = computed(key).question, ideals(key)
     values = q.with_options(option.options if "method" in real else q.exact)
-    told = [
+    errors = [
         trials.felt(
             q.environment, trial, ideal[trial],
             rendered(trial, q.device, q.environment, values, real, option.rate, option.delay),
         ).most
         for trial in ideal if trial.label in (hands or [t.label for t in ideal])
     ]  # fmt: skip
-    return max(told)
+    return max(errors)
 
 
 # every noisy count reverses the force of these models, so their vibration differs between runs
@@ -324,8 +324,8 @@ def test_the_reason_names_a_stiffer_option_that_was_excluded_for_its_error():
     assert stiffest.method == "Implicit Euler"
     gain = stiffest.limit - puck.recommended("computer").limit
     times = stiffest.error / puck.recommended("computer").error
-    said = f"Implicit Euler is stable up to {gain:.0f} N/m more, but its error is {times:.1f} times as large."
-    assert said in puck.reason("computer")
+    text = f"Implicit Euler is stable up to {gain:.0f} N/m more, but its error is {times:.1f} times as large."
+    assert text in puck.reason("computer")
     assert "but its error" not in puck.reason("board") + computed("mass_spring_damper").reason("computer")
 
 

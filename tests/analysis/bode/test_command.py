@@ -23,7 +23,7 @@ def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "text"),
     [
         ("--board-rate 4000", "--board-rate is for --device virtual-board"),
         ("--device /dev/ttyUSB9", "has no hand that could drive its handle"),
@@ -31,8 +31,8 @@ def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_pa
         ("--amplitude 1", "Amplitude must be between"),
     ],
 )
-def test_invalid_options_give_a_one_line_error(capsys, options, said):
+def test_invalid_options_give_a_one_line_error(capsys, options, text):
     assert main(["bode", "spring", *options.split()]) == 2
     err = capsys.readouterr().err
-    assert said in err
+    assert text in err
     assert err.count("\n") == 1

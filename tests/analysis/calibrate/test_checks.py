@@ -73,8 +73,8 @@ def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
     monkeypatch.setattr(checks, "sweep", lambda *_: swept)
     result = check("paddle")[0].results["paddle"]
     assert (result.key, result.text) == ("sweep", "Mass: The value is uncertain.")
-    told = replace(swept.part, estimates=(_known("mass"), *found[1:]))
-    monkeypatch.setattr(checks, "sweep", lambda *_: replace(swept, part=told))
+    part = replace(swept.part, estimates=(_known("mass"), *found[1:]))
+    monkeypatch.setattr(checks, "sweep", lambda *_: replace(swept, part=part))
     assert check("paddle")[0].good
 
 

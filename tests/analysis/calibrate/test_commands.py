@@ -31,8 +31,8 @@ def port(kit):
 def run(capsys, *args):
     """Run a command; return its exit code, and its JSON output or its error message."""
     code = cli.main([*args, "--json"])
-    said = capsys.readouterr()
-    return code, json.loads(said.out) if code != 2 else said.err
+    captured = capsys.readouterr()
+    return code, json.loads(captured.out) if code != 2 else captured.err
 
 
 def test_settings_are_printed_as_text(capsys, port):
@@ -62,7 +62,7 @@ def test_a_file_is_applied(capsys, port, kit, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "text"),
     [
         (["--kit", "nokit"], "There is no kit"),
         (["--from", "nowhere.toml"], "Cannot read"),
@@ -73,10 +73,10 @@ def test_a_file_is_applied(capsys, port, kit, tmp_path, monkeypatch):
         (["--springs", "100", "300", "--springs-known", "60"], "50 % or less"),
     ],
 )
-def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, args, said):
+def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, args, text):
     code, complaint = run(capsys, "calibrate", port, *args)
     assert code == 2
-    assert said in complaint
+    assert text in complaint
     assert complaint.count("\n") == 1
     assert kit.stored is None
 
@@ -103,9 +103,9 @@ def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, mon
     monkeypatch.setattr(sys, "stdin", Person(kit, (100.0, 300.0)))
     args = ["calibrate", "port", "--springs", "300", "100", "--springs-known", "1", "--write"]
     assert cli.main(args) == 0
-    said = capsys.readouterr()
-    assert said.err.index("100 N/m between the handle") < said.err.index("300 N/m between the handle")
-    assert said.out.startswith("The motor gives 90 ± 2 % of the force that was set")
+    captured = capsys.readouterr()
+    assert captured.err.index("100 N/m between the handle") < captured.err.index("300 N/m between the handle")
+    assert captured.out.startswith("The motor gives 90 ± 2 % of the force that was set")
     assert kit.stored.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
     (file,) = (tmp_path / calibration_file.FOLDER).glob("*.toml")
     assert "# Strength: The motor gives 90 ± 2 %" in file.read_text(encoding="utf-8")

@@ -47,11 +47,11 @@ def test_intervals_contain_the_truth_in_nine_of_ten_cases():
 def test_uncertain_scales_make_estimates_undetermined():
     """Mass and damping are determined if the length is uncertain by 49 %, and undetermined at 51 %."""
     part = swept(PaddleKit()).part
-    for length, told in ((0.49, True), (0.51, False)):
+    for length, determined in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
-        assert [wider[key].determined for key in NAMES] == [told, told, True]
-        assert set(paddle.changes(wider)) == (set(NAMES) if told else {"coulomb"})
-        assert ("Take the marks of the step Zero and scale again" in wider["mass"].advice) != told
+        assert [wider[key].determined for key in NAMES] == [determined, determined, True]
+        assert set(paddle.changes(wider)) == (set(NAMES) if determined else {"coulomb"})
+        assert ("Take the marks of the step Zero and scale again" in wider["mass"].advice) != determined
     assert "Do the step Strength again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 

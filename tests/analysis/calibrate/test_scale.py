@@ -85,9 +85,9 @@ def test_wrong_radii_are_named_and_corrected_by_the_marks(changed, key):
     if key:
         name, right = next((name, getattr(BOARD, name)) for name in changed)
         assert getattr(made, name) == pytest.approx(right)
-        said = scale.in_force(found, board)
-        assert said.good
-        assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm instead of {1e3 * changed[name]:.2f} mm" in said.text
+        result = scale.in_force(found, board)
+        assert result.good
+        assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm instead of {1e3 * changed[name]:.2f} mm" in result.text
         halved = 0.5 * changed[name] if name == "pulley_radius" and changed[name] > 0.008 else right
         assert f"{1e3 * halved:.1f} mm" in found.result.remedy
 

@@ -40,26 +40,28 @@ def rendered(kit, work, stiffness=150.0):
     """Render a spring in N/m to a hand; return the identified and the true stiffness."""
     student.swing(kit, seconds=4.0, reach=0.008)
     track = work.runner.run(lambda t, x, v: -stiffness * x, 4.0, Limits(3.0))
-    said = identify(recording_of(track, work.board), terms=("stiffness",)).rendered["stiffness"].value
+    shown_stiffness = (
+        identify(recording_of(track, work.board), terms=("stiffness",)).rendered["stiffness"].value
+    )
     truly = [kit.motor_force(int(duty)) for duty in track.pwm]
     felt = -np.polyfit(track.position, truly, 1)[0]
     student.let_go(kit, work)
-    return said, felt
+    return shown_stiffness, felt
 
 
 @pytest.mark.slow
 def test_a_motor_at_90_percent_is_corrected_and_springs_are_rendered_as_set():
     kit = PaddleKit(**WEAK)
     work = student.session(kit)
-    said, felt = rendered(kit, work)
-    assert said == pytest.approx(150.0, rel=0.01)
+    stiffness, felt = rendered(kit, work)
+    assert stiffness == pytest.approx(150.0, rel=0.01)
     assert felt == pytest.approx(135.0, rel=0.01)
     found = measured(kit, work)
     assert found.ratio == pytest.approx(0.90, rel=0.01)
     assert abs(found.ratio - 0.90) < found.half < 0.03
     assert "The motor gives 90 ± 2 % of the force that was set" in found.text
-    said, felt = rendered(kit, work)
-    assert said == pytest.approx(150.0, rel=0.01)
+    stiffness, felt = rendered(kit, work)
+    assert stiffness == pytest.approx(150.0, rel=0.01)
     assert felt == pytest.approx(150.0, rel=0.01)
     work.store("test")
     assert kit.stored.motor_constant == pytest.approx(0.9 * BOARD.motor_constant, rel=0.01)

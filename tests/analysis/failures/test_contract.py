@@ -29,8 +29,8 @@ def test_the_library_is_discovered_in_order():
 @pytest.mark.parametrize("key", KEYS)
 def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
     """The limit agrees with theory to within 6 % of the range of the theory's values."""
-    told, failure = [], failures()[key]
-    shown = show(failure, progress=lambda done, of: told.append((done, of)))
+    reports, failure = [], failures()[key]
+    shown = show(failure, progress=lambda done, of: reports.append((done, of)))
     assert shown.as_theory_says
     assert failure.knob.low <= shown.inside.value < shown.limit < shown.outside.value <= failure.knob.high
     for one in (shown.inside, shown.outside):
@@ -41,7 +41,7 @@ def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
         assert one.evidence.text
         assert "\n" not in one.evidence.text
     chart = shown.chart
-    assert told == [(k, told[-1][1]) for k in range(1, told[-1][1] + 1)]
+    assert reports == [(k, reports[-1][1]) for k in range(1, reports[-1][1] + 1)]
     for line in chart.lines:
         assert line.role in (THEORY, MEASURED, OTHER)
         assert line.x.shape == line.y.shape

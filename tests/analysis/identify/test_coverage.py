@@ -56,7 +56,7 @@ SCENES = (
 DEVICE = {"viscous": 0.5, "coulomb": 0.10}
 
 
-def told(hand, scene, values, estimator):
+def relative_errors(hand, scene, values, estimator):
     """Return |error| / half width, and whether the interval contains the truth, for each reported value."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
@@ -68,7 +68,11 @@ def told(hand, scene, values, estimator):
 @pytest.mark.slow
 def test_identified_values_are_true():
     found = {
-        hand: [x for i, scene in enumerate(SCENES) for x in told(hand, *scene, ("difference", "iir")[i % 2])]
+        hand: [
+            x
+            for i, scene in enumerate(SCENES)
+            for x in relative_errors(hand, *scene, ("difference", "iir")[i % 2])
+        ]
         for hand in HANDS
     }
     everything = np.array([holds for one in found.values() for _, holds in one])

@@ -36,7 +36,7 @@ def test_numbers_have_the_decimals_of_their_interval(key, value, half, text):
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "half", "asked", "said"),
+    ("key", "value", "half", "asked", "text"),
     [
         ("stiffness", 599.4, 0.5, 600.0, "0.6 N/m less"),
         ("stiffness", 599.5, 0.5, 600.0, ""),
@@ -48,12 +48,12 @@ def test_numbers_have_the_decimals_of_their_interval(key, value, half, text):
         ("centre", 0.00502, 0.0001, 0.005, ""),
     ],
 )
-def test_an_interval_without_the_set_value_states_the_deviation(key, value, half, asked, said):
+def test_an_interval_without_the_set_value_states_the_deviation(key, value, half, asked, text):
     estimate = Estimate(key, value, half, asked)
-    assert deviation(estimate) == said
-    assert confirms(estimate) == (not said)
-    assert said in line(estimate, "rendered")
-    assert ("more" in line(estimate, "rendered") or "less" in line(estimate, "rendered")) == bool(said)
+    assert deviation(estimate) == text
+    assert confirms(estimate) == (not text)
+    assert text in line(estimate, "rendered")
+    assert ("more" in line(estimate, "rendered") or "less" in line(estimate, "rendered")) == bool(text)
 
 
 def test_only_determined_and_set_values_are_confirmed():
@@ -120,11 +120,11 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
     assert main(["identify", str(path), "--json"]) == 0
     text, found = capsys.readouterr().out.rstrip().rsplit("\n", 1)
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
-    for said in (text, json.loads(found)["force"], captions[0]):
-        assert "The force is not measured" in said
-        assert "± is only the uncertainty of the fit" in said
-        assert "90 % of this constant, it gives 90 % of these values" in said
-        assert "Measure the constant with known weights, springs or a kitchen scale" in said
+    for message in (text, json.loads(found)["force"], captions[0]):
+        assert "The force is not measured" in message
+        assert "± is only the uncertainty of the fit" in message
+        assert "90 % of this constant, it gives 90 % of these values" in message
+        assert "Measure the constant with known weights, springs or a kitchen scale" in message
 
 
 def test_a_fit_of_a_constant_force_alone_has_an_empty_chart():

@@ -97,11 +97,11 @@ def swing(places, rate):
     return 0.5 * np.ptp(last), (len(up) - 1) / (up[-1] - up[0]) * rate if len(up) > 1 else math.nan
 
 
-def holds(said, amplitude, step):
+def holds(result, amplitude, step):
     """Return True if an amplitude in m is in the reported range, within 5 % or a count."""
-    if said.most is None:
+    if result.most is None:
         return False
-    least, most = said.least.amplitude, said.most.amplitude
+    least, most = result.least.amplitude, result.most.amplitude
     spare = max(0.05 * amplitude, step)
     return least - spare <= amplitude <= most + spare
 
@@ -111,7 +111,7 @@ def holds(said, amplitude, step):
 def test_reported_push_and_oscillation_are_those_of_the_simulation(seed):
     device, loop, stiffness, damping = loop_of(seed)
     values = SPRING.values({"stiffness": stiffness, "damping": damping})
-    said = behaviour(headless.Scene(SPRING, values, device, loop), None)
+    result = behaviour(headless.Scene(SPRING, values, device, loop), None)
     handle = Released(device, loop, stiffness, damping)
     seconds = 400.0 * math.sqrt(device.mass / stiffness) * 2.0 * math.pi
 
@@ -122,17 +122,17 @@ def test_reported_push_and_oscillation_are_those_of_the_simulation(seed):
         least = max(device.quantum, 0.1 * push)
         return all(np.ptp(places[-len(places) // 4 :]) <= least for places in ends(push, seconds))
 
-    if said.calm:
+    if result.calm:
         assert all(rests(push) for push in PUSHES[::3])
         return
-    edge = 0.03 * said.push + device.quantum
-    if said.push:
-        assert rests(max(said.push - edge, 0.5 * said.push))
-    outside = max(said.push + edge, PUSHES[0])
+    edge = 0.03 * result.push + device.quantum
+    if result.push:
+        assert rests(max(result.push - edge, 0.5 * result.push))
+    outside = max(result.push + edge, PUSHES[0])
     assert not rests(outside)
-    if not said.leaves:
+    if not result.leaves:
         amplitude, frequency = max(swing(places, loop.rate) for places in ends(outside, 2.0 * seconds))
-        end = min((said.least, said.most), key=lambda one: abs(one.amplitude - amplitude))
+        end = min((result.least, result.most), key=lambda one: abs(one.amplitude - amplitude))
         assert end.amplitude == pytest.approx(amplitude, rel=0.05, abs=device.quantum)
         assert end.frequency == pytest.approx(frequency, rel=0.02)
 
@@ -170,10 +170,10 @@ def lasting(handle, push):
 
 def holds_between(handle, pushes):
     """Return True if the reported behaviour is correct for pushes in m to both sides."""
-    said, step = said_of_spring(handle), handle.device.quantum
+    result, step = said_of_spring(handle), handle.device.quantum
     sizes = [lasting(handle, side * push) for push in pushes for side in (1.0, -1.0)]
     stays = [size for size in sizes if step < 2.0 * size < math.inf]
-    return (said.leaves or math.inf not in sizes) and all(holds(said, size, step) for size in stays)
+    return (result.leaves or math.inf not in sizes) and all(holds(result, size, step) for size in stays)
 
 
 @pytest.mark.slow
@@ -196,8 +196,8 @@ def test_different_frequencies_are_reported_as_a_range(seed):
 
 
 def test_an_irregular_oscillation_is_reported_as_such():
-    said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
-    assert said.sentence(in_hand=False) == (
+    result = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
+    assert result.sentence(in_hand=False) == (
         "If you displace the handle by more than 0.3 mm and let go, it buzzes irregularly (up to ±0.5 mm, "
         "held back by the motor's limit)."
     )
@@ -243,13 +243,13 @@ def test_coexisting_limit_cycles_are_reported_as_a_range():
     """Quantisation causes several limit cycles in a spring of 320 N/m with 1 ms of delay and no friction."""
     device = SimulatedHapkit(coulomb_force=0.0)
     handle = Released(device, LoopSettings(1000.0, 1e-3), 320.0, 0.0)
-    said = said_of_spring(handle)
+    result = said_of_spring(handle)
     sizes = [lasting(handle, push) for push in (0.05e-3, 0.5e-3, -0.5e-3)]
     assert max(sizes) > 5.0 * min(sizes)
-    assert said.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
-    assert said.most.amplitude == pytest.approx(max(sizes), rel=0.05)
+    assert result.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
+    assert result.most.amplitude == pytest.approx(max(sizes), rel=0.05)
     assert holds_between(handle, [0.09e-3, 0.17e-3, 0.8e-3])
-    assert said.sentence(in_hand=False) == (
+    assert result.sentence(in_hand=False) == (
         "After you let go, the handle buzzes by itself at 13.6 Hz (±0.024 to ±0.5 mm)."
     )
 
@@ -293,7 +293,7 @@ def scene_of(seed):
 @pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 30))
 def test_the_verdict_is_correct_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
-    said = behaviour(scene, grip)
+    result = behaviour(scene, grip)
     # a wall is pressed with 1 and 2 N, but at most 60 % of the motor's force; a spring is not pressed
     presses = {min(newtons, 0.6 * handle.limit) for newtons in (1.0, 2.0)} if handle.one_sided else {0.0}
     turn = 2.0 * math.pi * math.sqrt((handle.mass + handle.hand[0]) / (handle.stiffness + handle.hand[2]))
@@ -310,13 +310,13 @@ def test_the_verdict_is_correct_in_any_loop_and_hand(seed):
         sides = (1.0,) if handle.one_sided else (1.0, -1.0)
         return all(comes_to_rest(press, side * push) for press in presses for side in sides)
 
-    if said.calm:
+    if result.calm:
         assert all(rests(push) for push in PUSHES[::3])
     else:
-        if said.push > 2.0 * handle.quantum:
-            assert rests(0.85 * said.push - handle.quantum)
-        within_a_count = said.most and said.most.amplitude < handle.quantum
-        assert within_a_count or not rests(1.15 * said.push + 2.0 * handle.quantum)
+        if result.push > 2.0 * handle.quantum:
+            assert rests(0.85 * result.push - handle.quantum)
+        within_a_count = result.most and result.most.amplitude < handle.quantum
+        assert within_a_count or not rests(1.15 * result.push + 2.0 * handle.quantum)
 
 
 def said_of(key, values, loop, coulomb=0.1, grip=None):
@@ -329,17 +329,17 @@ def said_of(key, values, loop, coulomb=0.1, grip=None):
 def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
     """With 30 N·s/m in a hand, tiny pushes stay within a count, but a kick of 5 cm/s causes oscillation."""
     loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
-    said = said_of("damping", {"damping": 30.05}, loop, grip="light")
+    result = said_of("damping", {"damping": 30.05}, loop, grip="light")
     share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
     grip = GRIPS["light"]
     handle = Handle(
         0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 2.5e-3, 0.0, 30.05,
         hand=(grip.mass, grip.damping, grip.stiffness), filter=(share,),
     )  # fmt: skip
-    places = handle.let_go(0.0, 0.0, 6.0, 2.0 * said.push * said.flick)
+    places = handle.let_go(0.0, 0.0, 6.0, 2.0 * result.push * result.flick)
     amplitude, frequency = swing(places, 1000.0)
-    assert holds(said, amplitude, 0.0)
-    assert said.most.frequency == pytest.approx(frequency, rel=0.02)
+    assert holds(result, amplitude, 0.0)
+    assert result.most.frequency == pytest.approx(frequency, rel=0.02)
 
 
 def damped_in_a_grip(seed):
@@ -387,11 +387,11 @@ def turn_amplitude(places):
 @pytest.mark.parametrize(("seed", "little", "much"), [(1139, -0.0038, 0.53), (2394, -0.0137, 0.53)])
 def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much):
     handle, scene, grip = damped_in_a_grip(seed)
-    said = behaviour(scene, grip)
+    result = behaviour(scene, grip)
     small, large = (turn_amplitude(handle.let_go(0.0, 0.0, 4.0, speed)[-1000:]) for speed in (little, much))
     assert large > 2.0 * small > 1.3 * handle.quantum
-    assert said.least.amplitude == pytest.approx(small, rel=0.2)
-    assert said.most.amplitude == pytest.approx(large, rel=0.1)
+    assert result.least.amplitude == pytest.approx(small, rel=0.2)
+    assert result.most.amplitude == pytest.approx(large, rel=0.1)
 
 
 @pytest.mark.slow
@@ -403,7 +403,7 @@ def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
     missing = []
     for seed in range(3000, 3100):
         handle, scene, grip = damped_in_a_grip(seed)
-        said, found = behaviour(scene, grip), []
+        result, found = behaviour(scene, grip), []
         for speed in np.geomspace(0.0005, 2.0, 26):
             for kick in (speed, -speed):
                 places = handle.let_go(0.0, 0.0, 4.0, kick)
@@ -411,13 +411,13 @@ def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
                 steady = abs(np.ptp(before) - np.ptp(after)) < 0.02 * np.ptp(after)
                 if steady and np.ptp(after) > 1.3 * handle.quantum:
                     found.append(turn_amplitude(after))
-        if said.least and found and min(found) < said.least.amplitude / 1.4 - 0.5 * handle.quantum:
+        if result.least and found and min(found) < result.least.amplitude / 1.4 - 0.5 * handle.quantum:
             missing.append(seed)
     assert len(missing) <= 1, missing
 
 
-@pytest.mark.parametrize(("cycles", "told"), [(3.9, False), (4.1, True)])
-def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, told, monkeypatch):
+@pytest.mark.parametrize(("cycles", "known"), [(3.9, False), (4.1, True)])
+def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, known, monkeypatch):
     scene = headless.Scene(
         environments.named("spring"), {"stiffness": 80.0, "damping": 0.0, "center": 0.0}, SimulatedHapkit()
     )
@@ -430,18 +430,18 @@ def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, told, monkeypatc
         return settling.STEADY
 
     monkeypatch.setattr(settling, "let_go", swung)
-    assert [math.isfinite(one.frequency) for one in trials.swings(1e-3)] == [told, told]
+    assert [math.isfinite(one.frequency) for one in trials.swings(1e-3)] == [known, known]
 
 
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])
 def test_drift_is_removed_from_an_oscillation(stiffness):
     """A tether with a delay of 1 ms and no viscous friction drifts by millimetres per second."""
     values = {"model": "tether", "tether_stiffness": stiffness, "viscous": 0.0}
-    said = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
+    result = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
     device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
     run = hs.simulate("friction", values, device=device, delay=1e-3, seconds=10.0)
     places = run.true_position[-4000:]
-    turn = round(1000.0 / said.often[0])
+    turn = round(1000.0 / result.often[0])
     steady = places[turn // 2 :][: len(places) - turn + 1] - np.convolve(
         places, np.ones(turn) / turn, "valid"
     )
@@ -449,8 +449,8 @@ def test_drift_is_removed_from_an_oscillation(stiffness):
     amplitude = 0.5 * (steady[ends[0]].mean() - steady[ends[1]].mean())
     frequency = 1000.0 * (len(ends[0]) - 1) / (ends[0][-1] - ends[0][0])
     assert np.ptp(places) > 3.0 * amplitude
-    assert holds(said, amplitude, device.quantum)
-    assert 0.98 * said.often[0] <= frequency <= 1.02 * said.often[1]
+    assert holds(result, amplitude, device.quantum)
+    assert 0.98 * result.often[0] <= frequency <= 1.02 * result.often[1]
 
 
 def test_it_waits_for_returning_objects():
@@ -459,8 +459,8 @@ def test_it_waits_for_returning_objects():
         "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
         "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",
     }  # fmt: skip
-    said = said_of("mass_spring_damper", values, LoopSettings(1000.0, 2.5e-3, "foaw"), grip="light")
-    assert not said.calm
+    result = said_of("mass_spring_damper", values, LoopSettings(1000.0, 2.5e-3, "foaw"), grip="light")
+    assert not result.calm
 
 
 def test_a_passive_returning_object_settles():
@@ -477,14 +477,14 @@ def test_a_passive_returning_object_settles():
 
 def test_a_walls_oscillation_is_a_range_over_pressing_forces():
     handle, scene, grip = scene_of(768)
-    said = behaviour(scene, grip)
+    result = behaviour(scene, grip)
     places = [press / handle.stiffness for press in (1.0, 2.0)]
     targets = [place * (1.0 + handle.stiffness / grip.stiffness) for place in places]
     runs = [handle.let_go(place + NUDGE, target, 5.0) for place, target in zip(places, targets, strict=True)]
     softer, harder = (swing(run, handle.rate)[0] for run in runs)
     assert harder > 1.9 * softer
-    assert said.least.amplitude == pytest.approx(softer, rel=0.05)
-    assert said.most.amplitude == pytest.approx(harder, rel=0.05)
+    assert result.least.amplitude == pytest.approx(softer, rel=0.05)
+    assert result.most.amplitude == pytest.approx(harder, rel=0.05)
 
 
 @pytest.mark.filterwarnings("error")
@@ -503,9 +503,9 @@ def test_an_oscillation_started_by_few_pushes_is_found():
     runs = [handle.let_go(place + push, target, 8.0) for push in np.linspace(0.09e-3, 0.4e-3, 15)]
     widest = max(runs, key=lambda run: np.ptp(run[-1000:]))
     assert np.ptp(widest[-1000:]) > 1.5 * handle.quantum
-    said = behaviour(scene, grip)
-    assert said.push < 0.4e-3
-    assert holds(said, swing(widest, handle.rate)[0], handle.quantum)
+    result = behaviour(scene, grip)
+    assert result.push < 0.4e-3
+    assert holds(result, swing(widest, handle.rate)[0], handle.quantum)
 
 
 def test_an_initial_decrease_does_not_count_as_settling():

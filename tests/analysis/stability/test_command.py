@@ -84,16 +84,16 @@ def drawn(tmp_path, monkeypatch):
     """Return a function that draws a plane and returns the texts in its figure."""
     from matplotlib.text import Text
 
-    said = []
+    drawn_texts = []
     draw = Text.draw
     monkeypatch.setattr(
-        Text, "draw", lambda self, *a, **k: (said.append(self.get_text()), draw(self, *a, **k))[1]
+        Text, "draw", lambda self, *a, **k: (drawn_texts.append(self.get_text()), draw(self, *a, **k))[1]
     )
 
     def texts(found, **more):
-        said.clear()
+        drawn_texts.clear()
         charts.stability_figure(found, tmp_path / "map.png", **more)
-        return said
+        return drawn_texts
 
     return texts
 
@@ -112,14 +112,14 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     assert wanted <= set(texts)
     assert "Stiffness 1.4 × below the limit (no hand)." in texts
     below = " ".join(texts).replace("\u00a0", " ").replace("\n", " ")
-    for said in (FILTER, "Limit, no hand 867 N/m", "Limit, firm grip 6,023 N/m"):
-        assert said in below
-    for said in (
+    for label in (FILTER, "Limit, no hand 867 N/m", "Limit, firm grip 6,023 N/m"):
+        assert label in below
+    for label in (
         "Mass 0.044 kg",
         "Viscous damping 0.18 N·s/m",
         "Exact boundary: from the roots of the sampled loop",
     ):
-        assert said in below
+        assert label in below
     assert "Measured boundary" not in texts
 
 
@@ -132,8 +132,8 @@ def test_the_figure_shows_the_measurement(drawn):
     texts = drawn(replace(found, points=points, cells=cells))
     wanted = {"Bounded to ±2.3 mm", "Friction stops sensor buzz", "comes to rest, no hand"}
     assert wanted | {"keeps moving without growing", "grows, no hand"} <= set(texts)
-    said = "found by simulations on both sides; below this line, the motion does not grow, with friction"
-    assert said in " ".join(texts).replace("\u00a0", " ").replace("\n", " ")
+    label = "found by simulations on both sides; below this line, the motion does not grow, with friction"
+    assert label in " ".join(texts).replace("\u00a0", " ").replace("\n", " ")
     assert "stable, no hand" not in texts
 
 

@@ -98,11 +98,13 @@ def test_a_strip_between_the_lattices_rows_is_found_by_the_exact_limits():
     full = every_cell(setting, damping, stiffness)
     assert 0.02 < (full != GROWS).mean() < 0.15
     assert (full[[0, *range(6, 32)]] == GROWS).all()
-    said = []
-    found = rendered.classes(setting, damping, stiffness, real=True, progress=lambda *now: said.append(now))
+    outcomes = []
+    found = rendered.classes(
+        setting, damping, stiffness, real=True, progress=lambda *now: outcomes.append(now)
+    )
     assert (found == full).all()
-    assert said == sorted(said)
-    assert (said[0], said[-1]) == ((0, full.size), (full.size, full.size))
+    assert outcomes == sorted(outcomes)
+    assert (outcomes[0], outcomes[-1]) == ((0, full.size), (full.size, full.size))
 
 
 ESTIMATORS = ["difference", "iir", ("butterworth", {"cutoff": 60.0}), ("iir", {"cutoff": 100.0}), "kalman"]

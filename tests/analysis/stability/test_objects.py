@@ -76,9 +76,9 @@ def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, r
     assert abs(limit / wall - 1.0) > 0.03
     for share in (0.99, 1.01):
         asked = VerdictInput(environments.named(key), values | {"contact_stiffness": share * limit}, setting)
-        said = verdict(asked)
-        assert said.margins["light"].stable == (growth(setting, key, asked.values) < 0.0) == (share < 1.0)
-        assert said.margins["light"].limit == limit
+        found = verdict(asked)
+        assert found.margins["light"].stable == (growth(setting, key, asked.values) < 0.0) == (share < 1.0)
+        assert found.margins["light"].limit == limit
 
 
 def test_an_object_too_heavy_to_move_is_a_wall():

@@ -152,10 +152,10 @@ def test_many_maps_in_one_sweep_equal_single_ones(threads):
 
 
 def test_progress_is_reported_and_a_map_can_be_cancelled(threads):
-    said = []
+    reports = []
     cells = [1.0, 2.0], [50.0, 60.0, 70.0]
-    rendered.classes(LoopSettings(), *cells, real=True, progress=lambda *now: said.append(now))
-    assert (said[0], said[-1]) == ((0, 6), (6, 6))
+    rendered.classes(LoopSettings(), *cells, real=True, progress=lambda *now: reports.append(now))
+    assert (reports[0], reports[-1]) == ((0, 6), (6, 6))
 
     def stop(done, of):
         raise Cancelled("Cancelled.")

@@ -30,12 +30,12 @@ def asked(key, setting=LATE, **values):
 @pytest.mark.slow
 def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
     """A wall of 5,000 N/m is too stiff for 1 ms of delay, but a released handle leaves the wall."""
-    said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
-    held, released = said.lines
+    found = verdict(asked("wall", stiffness=5000.0, damping=0.0))
+    held, released = found.lines
     assert held.startswith("In your hand, a push of more than 0.")
     assert released == "After you let go, the handle moves away and cannot buzz."
-    assert [token for *_, token in said.signed] == ["warn", "ok"]
-    assert (said.headline, said.sign) == ("Buzzes after a push", ("triangle", "warn"))
+    assert [token for *_, token in found.signed] == ["warn", "ok"]
+    assert (found.headline, found.sign) == ("Buzzes after a push", ("triangle", "warn"))
     grip = grip_named("medium")
     handle = Handle(
         0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 5000.0, 0.0, True,
@@ -47,12 +47,12 @@ def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
 
 
 def test_calm_scenes_state_the_margin_in_each_hand():
-    said = verdict(asked("spring", stiffness=80.0))
-    assert said.calm
-    assert said.sign == ("check", "ok")
-    limits = [said.margins[hand].limit for hand in ("medium", "released")]
+    found = verdict(asked("spring", stiffness=80.0))
+    assert found.calm
+    assert found.sign == ("check", "ok")
+    limits = [found.margins[hand].limit for hand in ("medium", "released")]
     assert limits[0] > limits[1]
-    assert said.short == f"Stable, {limits[1] / 80.0:.1f} × below the limit"
+    assert found.short == f"Stable, {limits[1] / 80.0:.1f} × below the limit"
 
 
 @pytest.mark.parametrize(("share", "calm"), [(0.97, True), (1.03, False)])
@@ -118,14 +118,14 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
     spring = environments.named("spring")
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
     scene = VerdictInput(own, own.values({"stiffness": 300.0}), LATE)
-    said = verdict(scene)
+    found = verdict(scene)
     assert (
-        said.unknown
+        found.unknown
         == "The limit cannot be computed: the law reaches a value of 300 N/m, but its `impedance` states "
         "30 N/m. Correct the law or `impedance`."
     )
-    assert said.margins == {}
-    assert said.lines[1] == "After you let go, the handle is stable."
+    assert found.margins == {}
+    assert found.lines[1] == "After you let go, the handle is stable."
     assert differs(replace(own, impedance=spring.impedance), scene.values, (300.0, 0.0)) == ""
 
 

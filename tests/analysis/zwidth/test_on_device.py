@@ -229,20 +229,20 @@ def test_the_force_limit_applies_and_is_reported(running, briefly):
 
 @pytest.mark.slow
 def test_a_person_gets_instructions_and_is_monitored(running, briefly):
-    engine, said = running(grip="medium"), []
+    engine, instructions = running(grip="medium"), []
 
     def person(text):
-        said.append(text)
-        force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
+        instructions.append(text)
+        force, wall = 1.9 if len(instructions) == 1 else 1.0, engine.values["stiffness"]
         if text != "Hold the handle still":  # the hand moves like a grip of 200 N/m in series with the wall
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
     found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, instruct=person)
-    assert said[0] == "Press gently into the wall and hold."
-    gentler = next(text for text in said if text.startswith("Press more gently: "))
+    assert instructions[0] == "Press gently into the wall and hold."
+    gentler = next(text for text in instructions if text.startswith("Press more gently: "))
     assert float(gentler.split()[3]) == pytest.approx(1.9, abs=0.15)
     assert gentler.endswith("N now, 1 N is enough.")
-    assert "Hold the handle still" in said
+    assert "Hold the handle still" in instructions
     assert found.points[0].ended == HIGHEST
     assert "a person's hand" in found.caption
     assert_as_before(engine)

@@ -111,9 +111,9 @@ def test_in_a_low_card_either_the_plot_or_the_table_is_shown(qtbot, plots):
     assert phase.canvas.measure().height() > 120
     assert seen(520, 0) == (True, False)
     x = [15.0 * math.sin(3.0 * t) for t in (10.5, 11.0)]
-    said = f"A {x[0]:.2f}   B {x[1]:.2f}   B − A {x[1] - x[0]:+.2f}".replace("-", "−")
+    text = f"A {x[0]:.2f}   B {x[1]:.2f}   B − A {x[1] - x[0]:+.2f}".replace("-", "−")
     plots.show_oscillation(Oscillation(1.2e-3, 31.0))
-    assert plots.headers[0].remark.text() == said
+    assert plots.headers[0].remark.text() == text
     plots.cursors.show(False)
     assert plots.headers[0].remark.text() == ""
 

@@ -27,7 +27,7 @@ def later(live):
         live.tick()
 
 
-def said(live):
+def divider_texts(live):
     return [text for _, text in live.history.dividers]
 
 
@@ -43,7 +43,7 @@ def test_a_drag_adds_one_divider_at_its_end_and_a_new_press_another(noted):
     assert begun <= when < live.history.now
     undo.gesture += 1
     studio.set_loop(rate=2000.0)
-    assert said(live) == ["Stiffness 250 → 800 N/m", "Servo rate 1,000 → 2,000 Hz"]
+    assert divider_texts(live) == ["Stiffness 250 → 800 N/m", "Servo rate 1,000 → 2,000 Hz"]
 
 
 def test_a_drag_back_to_its_start_adds_no_divider_but_undo_does(noted):
@@ -53,13 +53,13 @@ def test_a_drag_back_to_its_start_adds_no_divider_but_undo_does(noted):
     for stiffness in (300.0, 250.0):
         studio.set_value("stiffness", stiffness)
         later(live)
-    assert said(live) == []
+    assert divider_texts(live) == []
     undo.gesture += 1
     studio.set_value("stiffness", 900.0)
     later(live)
     undo.gesture += 1
     undo.undo()
-    assert said(live) == ["Stiffness 250 → 900 N/m", "Stiffness 900 → 250 N/m"]
+    assert divider_texts(live) == ["Stiffness 250 → 900 N/m", "Stiffness 900 → 250 N/m"]
 
 
 def test_another_environment_adds_one_divider_with_its_name(noted, qtbot):
@@ -67,10 +67,10 @@ def test_another_environment_adds_one_divider_with_its_name(noted, qtbot):
     studio, _, live = noted
     later(live)
     studio.set_values_of("spring", {"stiffness": 77.0})
-    assert said(live) == []
+    assert divider_texts(live) == []
     studio.choose("spring")
     qtbot.waitUntil(lambda: studio.environment.key == "spring")
-    assert said(live) == ["Spring"]
+    assert divider_texts(live) == ["Spring"]
 
 
 def test_a_divider_can_replace_or_remove_an_earlier_one():
@@ -91,6 +91,6 @@ def test_another_device_adds_a_divider_and_starts_new_data(noted):
     live._device = "another"
     newest = live.history.now
     live._follow()
-    assert said(live) == ["Simulated Hapkit"]
+    assert divider_texts(live) == ["Simulated Hapkit"]
     assert len(live.history)
     assert live.history.begin > newest

@@ -122,7 +122,7 @@ class Alarm:
         self.studio.device.engine = None
 
     @property
-    def said(self):
+    def shown(self):
         """Return the message and its token; None without a message."""
         field = self.status.energy
         return None if field.isHidden() else (field.label.text(), field.sign.token)
@@ -141,55 +141,55 @@ GAVE = "The scene gave you 0.80 mJ of extra energy"
 @pytest.mark.parametrize(("excess", "says"), [(0.198e-3, False), (0.202e-3, True)])
 def test_an_insignificant_excess_shows_no_message(alarm, excess, says):
     alarm.strike(excess)
-    assert (alarm.said is not None) == says
+    assert (alarm.shown is not None) == says
 
 
 def test_the_alarm_states_the_energy_and_a_remedy(alarm):
     alarm.strike(0.8e-3)
-    assert alarm.said == (GAVE, "warn")
+    assert alarm.shown == (GAVE, "warn")
     assert alarm.status.energy.toolTip() == "Lower the stiffness, or switch on the passivity controller."
     alarm.status.energy.link.click()
     assert alarm.studio.loop.controller
-    assert alarm.said is None
+    assert alarm.shown is None
 
 
 def test_a_stable_scene_raises_no_alarm(alarm):
     alarm.calm = True
     alarm.strike(0.8e-3)
-    assert alarm.said is None
+    assert alarm.shown is None
 
 
 def test_the_message_stays_for_a_while_after_the_last_excess(alarm):
     alarm.strike(0.8e-3, 1.1e-3)
-    assert alarm.said == (GAVE, "warn")
+    assert alarm.shown == (GAVE, "warn")
     alarm.strike(8e-3)
-    assert alarm.said[0] == "The scene gave you 8.0 mJ of extra energy"
+    assert alarm.shown[0] == "The scene gave you 8.0 mJ of extra energy"
     for share, there in ((0.99, True), (0.02, False)):
         alarm.now += share * energy.SHOWN_S
         alarm.strike(8e-3)
         alarm.watch.refresh()
-        assert (alarm.said is not None) == there
+        assert (alarm.shown is not None) == there
     alarm.strike(8.8e-3)
-    assert alarm.said == (GAVE, "warn"), "what the next bounce gives, not both"
+    assert alarm.shown == (GAVE, "warn"), "what the next bounce gives, not both"
 
 
 def test_an_excess_before_a_change_is_not_reported_again(alarm):
     alarm.strike(8e-3)
     alarm.studio.set_loop(delay=1e-3)
     alarm.strike(8e-3)
-    assert alarm.said is None
+    assert alarm.shown is None
 
 
 def test_no_alarm_while_the_controller_dissipates_the_excess(alarm):
     alarm.studio.set_loop(controller=True)
     alarm.strike(0.0, 0.59e-3)
-    assert alarm.said is None
+    assert alarm.shown is None
     alarm.studio.choose("cat")  # the cat moves the handle by itself
     alarm.strike(0.0, 5e-3)
-    assert alarm.said is None
+    assert alarm.shown is None
     alarm.studio.choose("wall")
     alarm.strike(0.0, 2e-3)
-    assert alarm.said[1] == "warn"
+    assert alarm.shown[1] == "warn"
     assert alarm.status.energy.toolTip().startswith(
         "The passivity controller already damps as much as it can."
     )
@@ -227,10 +227,10 @@ def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(reset_win
         lambda: swing() > 0 and window.live.history.latest()["position"] > 5e-3, timeout=PATIENCE_MS
     )
     studio.move_hand(None)
-    told = window.status.energy
-    qtbot.waitUntil(lambda: swing() > 5e-3 and told.link.isVisible(), timeout=PATIENCE_MS)
+    field = window.status.energy
+    qtbot.waitUntil(lambda: swing() > 5e-3 and field.link.isVisible(), timeout=PATIENCE_MS)
     assert window.centre.scene.mapTo(window, QPoint()) == place, "the scene stays under the pointer"
-    told.link.click()
+    field.link.click()
     qtbot.waitUntil(lambda: swing() < 1e-3, timeout=PATIENCE_MS)
     assert studio.engine.excess[0] < 3.0 * studio.engine.excess[1]
     studio.device.open(SIMULATED)

@@ -52,12 +52,12 @@ def write(fed, qtbot, monkeypatch):
         asked = []
         monkeypatch.setattr(export, "choose_file", lambda *given, **_: asked.append(given[3]) or chosen)
         heard = []
-        connections = [s.connect(heard.append) for s in (window.export.said, window.export.failed)]
+        connections = [s.connect(heard.append) for s in (window.export.succeeded, window.export.failed)]
         window.export.ask(stretch)
         for save in asked:
             save(str(path))
         qtbot.waitUntil(lambda: bool(heard))
-        for signal, one in zip((window.export.said, window.export.failed), connections, strict=True):
+        for signal, one in zip((window.export.succeeded, window.export.failed), connections, strict=True):
             signal.disconnect(one)
         return heard[0]
 
@@ -223,7 +223,7 @@ def test_a_failed_export_shows_one_line_and_keeps_the_old_file(fed, write, tmp_p
 def test_a_copied_picture_equals_the_exported_one(fed, write, tmp_path, qtbot):
     window, _ = fed
     write(tmp_path / "a.png", window.export.visible)
-    with qtbot.waitSignal(window.export.said):
+    with qtbot.waitSignal(window.export.succeeded):
         window.actions_by_key.run("session.copy_picture")
     copied = QGuiApplication.clipboard().image().convertToFormat(QImage.Format.Format_RGB32)
     assert copied == QImage(str(tmp_path / "a.png")).convertToFormat(QImage.Format.Format_RGB32)

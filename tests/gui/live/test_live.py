@@ -141,14 +141,14 @@ def test_an_oscillation_is_shown_beside_the_position_while_it_lasts(window):
     remark, table = window.centre.time.headers[0].remark, telemetry(3000)
     table[1000:2000, rows.POSITION] = 1.2e-3 * np.sin(np.arange(1000) * 2e-3 * np.pi * 31.0)
     table[2000:, rows.POSITION] = 0.0
-    for part, said in (
+    for part, text in (
         (table[:1000], ""),
         (table[1000:2000], "oscillates by ±1.2 mm at 31 Hz"),
         (table[2000:], ""),
     ):
         window.live.history.append(part)
         window.display.show_health(window.studio.engine.health())
-        assert remark.text() == remark.toolTip() == said
+        assert remark.text() == remark.toolTip() == text
 
 
 def test_the_oscillation_text_is_shortened_and_never_cut(plots):
@@ -176,7 +176,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
     live.set_paused(True)
     row = live.last.copy()
 
-    def said():
+    def shown_values():
         shown = {header.plot.key: header.value.text() for header in window.centre.time.headers}
         return (
             shown["position"],
@@ -187,7 +187,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
             scene.accessibleDescription(),
         )
 
-    standing, picture = said(), scene.grab().toImage()
+    standing, picture = shown_values(), scene.grab().toImage()
     assert standing[0] == f"{number(1e3 * row[rows.POSITION], 2, sign=True)} mm"
     assert standing[2] == standing[3] == f"{number(row[rows.APPLIED_FORCE], 2, sign=True)} N"
     assert standing[4] == pytest.approx(1e3 * row[rows.POSITION])
@@ -197,11 +197,11 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
     def clamp_says_it():
         window.display.show_health(studio.engine.health())
         live.tick()
-        said = bar.clamp.label.text()
-        return re.fullmatch(r"Force −[2-3]\.\d N, limit 3\.0 N|Force cut to 3\.0 N", said) is not None
+        text = bar.clamp.label.text()
+        return re.fullmatch(r"Force −[2-3]\.\d N, limit 3\.0 N|Force cut to 3\.0 N", text) is not None
 
     qtbot.waitUntil(clamp_says_it)  # the force changes continuously, because the handle moves into the wall
-    assert said() == standing
+    assert shown_values() == standing
     assert scene.grab().toImage() == picture
     studio.stop()
     assert window.banners.get("stop") is not None

@@ -28,5 +28,5 @@ def test_a_new_plot_needs_one_file(tmp_path):
         f"tests/gui/live/test_{name}.py"
         for name in ("every_plot", "kept_curves", "live", "time_plots", "time_view")
     ]
-    said = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/teach/test_projector.py")
-    assert "test_the_last_signal_of_every_plot_is_drawn_and_read[replayed-lateness] PASSED" in said
+    output = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/teach/test_projector.py")
+    assert "test_the_last_signal_of_every_plot_is_drawn_and_read[replayed-lateness] PASSED" in output

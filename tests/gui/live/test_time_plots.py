@@ -193,8 +193,8 @@ def test_a_surface_is_named_and_shaded_only_if_there_is_one(plots):
     for key in ("button", "wall"):
         plots.set_environment(LIBRARY[key], LIBRARY[key].values(), 3.0)
         parts = [part for header in plots.headers for part in header.surface]
-        said = [part.text() for part in parts if isinstance(part, QLabel)]
-        assert said == [key]
+        texts = [part.text() for part in parts if isinstance(part, QLabel)]
+        assert texts == [key]
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
     plots.refresh()
     assert plots.shown.contact == []

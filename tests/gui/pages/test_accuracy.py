@@ -46,8 +46,8 @@ def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page,
     points += [point("rk4", 2e-6, 12_000.0, 1e-3, 14e6), point("rk4", 0.0, 24_000.0, 5e-4, 28e6)]
     part.show_result(Accuracy(sheets=(sheet(points, "integrators", "damped", conditions=CONDITIONS),)))
     resize(qapp, shared_window, (1280, 720))
-    said = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
-    assert part.answer.label.text() == said
+    text = "The cheapest method with an error within 2 % is Verlet, 1 ms step: 4.0 µs per simulated second."
+    assert part.answer.label.text() == text
     assert [" ".join(row) for row in part.table.texts()[1:]] == [
         "Verlet, 1 ms step 10 %",
         "Verlet, 1 ms step 1 %",
@@ -108,7 +108,7 @@ def test_another_method_is_known_at_once_and_using_it_can_be_undone(page, shared
     with qtbot.waitSignal(part._worker.answered):
         studio.set_value("kinetic_force", 0.2)
     live = this_scene.in_force(part.question(), part.found)
-    assert [said.split(" JND")[0] for _, said in part.now.pairs] == [
+    assert [text.split(" JND")[0] for _, text in part.now.pairs] == [
         this_scene.jnd(one.error).split(" JND")[0] for one in live
     ]
     assert part.chart.pale
@@ -172,8 +172,8 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
     place = part.table.visualRect(part.table.model().index(0, 4)).center()
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert part.side.heading.text() == "Free without sensor steps"
-    told = dict(part.details.pairs)
-    assert [told[key] for key in ("Effect, most people", "Sense", "Hand motion")] == [
+    details = dict(part.details.pairs)
+    assert [details[key] for key in ("Effect, most people", "Sense", "Hand motion")] == [
         "1.2 JND",
         "force",
         "press",

@@ -41,7 +41,7 @@ def found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("value", "half", "asked", "sign", "said"),
+    ("value", "half", "asked", "sign", "text"),
     [
         (599.4, 0.5, 600.0, "info", "the device gave 599.4 ± 0.5 N/m, 0.6 N/m less."),
         (599.6, 0.5, 600.0, "check", "the device gave 599.6 ± 0.5 N/m."),
@@ -49,12 +49,12 @@ def found():
     ],
 )
 def test_a_check_mark_requires_that_the_interval_contains_the_set_value(
-    page, found, value, half, asked, sign, said
+    page, found, value, half, asked, sign, text
 ):
     one = Estimate("stiffness", value, half, asked, asked)
     page.show_result(replace(found, rendered=replace(found.rendered, estimates=(one,), points=None)))
     assert page.answer.sign.name == sign
-    assert page.answer.label.text().endswith(said)
+    assert page.answer.label.text().endswith(text)
 
 
 @pytest.mark.slow

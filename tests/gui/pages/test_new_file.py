@@ -35,8 +35,8 @@ OF_ALL = (
 @pytest.mark.slow
 def test_a_new_view_needs_one_file(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/gui/pages/pulse.py", NEW)
-    said = run_tests(copy, "-m", "not alone", "-k", "pulse or sessions or not slow", *OF_ALL)
+    output = run_tests(copy, "-m", "not alone", "-k", "pulse or sessions or not slow", *OF_ALL)
     for key in ("sessions", "pulse"):  # the eighth view has the last shortcut, the ninth has none
-        assert f"if_one_is_free[{key}] PASSED" in said
+        assert f"if_one_is_free[{key}] PASSED" in output
     listed = run_program(copy, "-m", "hapkit_studio", "texts").splitlines()
     assert "Pulse view: label | Push the handle, then release it." in listed

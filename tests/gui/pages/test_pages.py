@@ -132,9 +132,9 @@ def test_errors_and_defects_of_a_job_are_reported(job, qtbot, capsys):
         raise ParameterError("The rate must be more than 0 Hz.")
 
     for work, text in ((refuse, "The rate must be more than 0 Hz."), (lambda progress: 1 / 0, "division")):
-        with qtbot.waitSignal(job.failed) as said:
+        with qtbot.waitSignal(job.failed) as blocker:
             job.start(work)
-        assert text in said.args[0]
+        assert text in blocker.args[0]
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
@@ -201,10 +201,10 @@ def test_a_file_is_written_in_a_thread_and_errors_are_shown(shared_window, monke
     page.bar.export_pressed.emit()
     ((save, name),) = taken
     assert name == "accuracy-needs.png"
-    for path, said in (
+    for path, text in (
         ("a.json", "The file a.json was saved"),
         ("no/a.json", "The file a.json cannot be written: No such file"),
     ):
         save(str(tmp_path / path))
-        qtbot.waitUntil(lambda said=said: page.bar.status.text().startswith(said))
+        qtbot.waitUntil(lambda text=text: page.bar.status.text().startswith(text))
     assert json.loads((tmp_path / "a.json").read_text()) == {"found": 1.5}

@@ -135,8 +135,8 @@ def test_an_export_contains_the_samples_with_the_selected_decimal_mark(page, qtb
         (0.5, "spring"),
         (0.7, "wall"),
     ]
-    said = exported(page, qtbot, "Table (*.csv)", tmp_path / "none" / "a.csv")
-    assert said == "The file a.csv cannot be written: No such file or directory."
+    status = exported(page, qtbot, "Table (*.csv)", tmp_path / "none" / "a.csv")
+    assert status == "The file a.csv cannot be written: No such file or directory."
     assert page.status.property("role") == "error"
 
 
@@ -224,7 +224,7 @@ def finished(page, qtbot):
 
 def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbot):
     choose(page, "friction in the lab")
-    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name must not contain")):
+    for name, text in (("Wall to its limit", "exists already"), ("a/b", "A name must not contain")):
         shared_window.activateWindow()
         assert QTest.qWaitForWindowActive(shared_window, PATIENCE_MS)
         QTest.keyClick(page.table, Qt.Key.Key_F2)
@@ -233,7 +233,7 @@ def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbo
         dialog.text.setText(name)
         dialog.add.click()
         finished(page, qtbot)
-        assert said in page.status.text()
+        assert text in page.status.text()
         assert page.status.property("role") == "error"
     page.rename.click()
     dialog_of(shared_window, WordsDialog).text.setText("Gruppe 3")

@@ -181,10 +181,10 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     window.studio.set_loop(estimator="difference")
     window.studio.choose("damping")
     follow(wall_page, qtbot)
-    setting, told = wall_page.lines.plane.setting, dict(column.limits.pairs)
+    setting, pairs = wall_page.lines.plane.setting, dict(column.limits.pairs)
     assert column.limits_heading.text() == "Limits of the damping"
-    assert {text.split()[1] for text in told.values()} == {"N·s/m"}
-    limits = {name: float(text.split()[0].replace(",", "")) for name, text in told.items()}
+    assert {text.split()[1] for text in pairs.values()} == {"N·s/m"}
+    limits = {name: float(text.split()[0].replace(",", "")) for name, text in pairs.items()}
     assert not damper_grows(setting, 0.99 * limits["No hand"])
     assert damper_grows(setting, 1.01 * limits["No hand"])
     assert limits["Passive"] == pytest.approx(setting.viscous, abs=0.06), "Colgate: b₀ > |b|"
@@ -198,13 +198,13 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
 
 
 def test_every_limit_beside_the_map_agrees_with_theory(wall_page):
-    setting, told = wall_page.lines.plane.setting, dict(wall_page.verdict_column.limits.pairs)
+    setting, pairs = wall_page.lines.plane.setting, dict(wall_page.verdict_column.limits.pairs)
     bare = replace(setting, hand="released")
     (passive,), (held,) = passivity_line(bare, np.zeros(1)), friction_boundary(bare, np.zeros(1))
     expected = {"Passive": passive, "No hand": 2.0 * bare.viscous * bare.rate, "No hand, friction": held}
     for name, limit in expected.items():
-        assert float(told[name].split()[0].replace(",", "")) == pytest.approx(limit, rel=0.005)
-    assert list(told)[2:5] == ["Light grip", "Medium grip", "Firm grip"]
+        assert float(pairs[name].split()[0].replace(",", "")) == pytest.approx(limit, rel=0.005)
+    assert list(pairs)[2:5] == ["Light grip", "Medium grip", "Firm grip"]
     assert wall_page.verdict_column.why.isVisible()
 
 
@@ -234,8 +234,8 @@ def test_a_puck_shows_limits_of_handle_and_object_that_are_not_on_the_map(wall_p
     limits = {h: contact_limit(replace(plane.setting, hand=h), "puck", values) for h in GRIPS}
     assert plane.hands == limits
     assert plane.margin.limit == limits["released"] < 0.95 * hands(plane.setting, 0.0)["released"]
-    told = dict(column.limits.pairs)
-    assert list(told.values()) == [f"{limit:,.0f} N/m" for limit in limits.values()]
+    pairs = dict(column.limits.pairs)
+    assert list(pairs.values()) == [f"{limit:,.0f} N/m" for limit in limits.values()]
     assert "This map is for a wall" in column.out.text()
 
 
@@ -309,16 +309,16 @@ def test_every_hand_has_a_boundary_and_nothing_is_cut_off(page, window, qapp, qt
 
 
 def test_the_measured_boundary_is_the_exact_one_and_progress_reaches_the_end():
-    told = []
+    reports = []
     setting = LoopSettings(viscous=0.18, delay=1e-3)
-    found = measuring(setting, False, (4.0, 3000.0), side=4)(lambda done, of: told.append((done, of)))
+    found = measuring(setting, False, (4.0, 3000.0), side=4)(lambda done, of: reports.append((done, of)))
     assert found.points.stiffness == pytest.approx(exact_boundary(setting, found.points.damping), rel=0.01)
     limits = exact_boundary(setting, found.cells.damping)
     assert np.array_equal(found.cells.classes == 0, found.cells.stiffness[:, np.newaxis] < limits)
     assert found.text((4.0, 3000.0)).startswith("Measured 4 × 4 cells in ")
     assert found.text((8.0, 3000.0)) == "Measured only up to 4 N·s/m and 3,000 N/m"
-    assert told == sorted(told)
-    assert told[-1][0] == told[-1][1]
+    assert reports == sorted(reports)
+    assert reports[-1][0] == reports[-1][1]
 
 
 @pytest.mark.slow
@@ -330,14 +330,14 @@ def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     window.studio.set_value("stiffness", 500.0)
     follow(page, qtbot)
     assert not page._map.outdated, "another dot is no other condition"
-    told = lambda: dict(page.verdict_column.conditions.pairs)  # noqa: E731
+    pairs = lambda: dict(page.verdict_column.conditions.pairs)  # noqa: E731
     setting = page.lines.plane.setting
-    assert (told()["Mass"], "Dry friction" in told()) == (f"{setting.mass:g} kg", False)
+    assert (pairs()["Mass"], "Dry friction" in pairs()) == (f"{setting.mass:g} kg", False)
     page.real.setChecked(True)
     assert page._map.outdated
     assert page.bar.status.text() == "Measurement out of date"
-    assert told()["Dry friction"] == f"{setting.coulomb:g} N"
-    assert told()["Sensor step"] == f"{1e6 * setting.quantum:.3g} µm"
+    assert pairs()["Dry friction"] == f"{setting.coulomb:g} N"
+    assert pairs()["Sensor step"] == f"{1e6 * setting.quantum:.3g} µm"
     page.real.setChecked(False)
     assert not page._map.outdated
     window.studio.set_loop(estimator="iir")

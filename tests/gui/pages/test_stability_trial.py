@@ -41,7 +41,7 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
 
 
 @pytest.mark.parametrize(
-    ("begin", "end", "does", "centre", "said"),
+    ("begin", "end", "does", "centre", "text"),
     [
         (0.01, 1e-6, CALM, MIDDLE, "The handle came to rest, as was predicted."),
         (0.0015, 1e-6, LIVELY, MIDDLE, "The handle came to rest, as was predicted."),
@@ -60,7 +60,7 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
         ),
     ],
 )
-def test_the_outcome_is_described(begin, end, does, centre, said):
+def test_the_outcome_is_described(begin, end, does, centre, text):
     """The amplitude of an oscillation of 10 Hz changes from ``begin`` to ``end`` in m within 1.5 s.
 
     The last peaks are at 1.425 s and 1.475 s. If the amplitude goes from 3 mm to 20 mm, they are 18.2 mm and
@@ -69,7 +69,7 @@ def test_the_outcome_is_described(begin, end, does, centre, said):
     time = np.arange(1500) * 1e-3
     size = begin * (end / begin) ** (time / 1.5)
     held = TrialConditions(does, centre, 1800.0, 3.0, 20e-6)
-    assert outcome_text(Released(time, size * np.sin(20.0 * np.pi * time)), held).startswith(said)
+    assert outcome_text(Released(time, size * np.sin(20.0 * np.pi * time)), held).startswith(text)
     assert outcome_text(Released(np.empty(0), np.empty(0)), held) == ""
 
 
@@ -78,9 +78,9 @@ def test_a_spring_that_is_stable_again_is_reported_by_verdict_and_map():
     slow = LoopSettings(estimator=("butterworth", {"cutoff": 5.0}))
     found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
     low, high = found.margin.again[0]
-    said = verdict(replace(found, said=of_spring(slow, 80.0, 2.25)))
-    assert said.more.endswith(f"Stable again from {low:,.0f} to {high:,.0f} N/m.")
-    inside = verdict(replace(found, said=of_spring(slow, 0.5 * (low + high), 2.25)))
+    shown = verdict(replace(found, verdict=of_spring(slow, 80.0, 2.25)))
+    assert shown.more.endswith(f"Stable again from {low:,.0f} to {high:,.0f} N/m.")
+    inside = verdict(replace(found, verdict=of_spring(slow, 0.5 * (low + high), 2.25)))
     assert (
         f"After you let go, the handle is stable: stable again from {low:,.0f} to {high:,.0f} N/m."
         in inside.lines[0][0]
@@ -93,24 +93,24 @@ def judged(stiffness, damping, controller=False, measured=None):
     """Return the verdict on a spring."""
     setting = LoopSettings(controller=controller)
     found = plane(setting, stiffness, damping, columns=2)
-    return verdict(replace(found, said=of_spring(setting, stiffness, damping)), measured)
+    return verdict(replace(found, verdict=of_spring(setting, stiffness, damping)), measured)
 
 
 def test_the_column_states_the_behaviour_and_the_measurement_there():
-    said = judged(2000.0, 0.0)
-    assert (said.headline, said.sign) == ("Buzzes if you let go", ("triangle", "warn"))
+    shown = judged(2000.0, 0.0)
+    assert (shown.headline, shown.sign) == ("Buzzes if you let go", ("triangle", "warn"))
     sentence = (
         "If you displace the handle by more than 1.2 mm and let go, it buzzes at 30 Hz (±2.3 mm, held back "
         "by the motor's limit)."
     )
-    assert said.lines == ((sentence, "triangle", "warn"),)
-    assert said.more == "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go."
-    said = judged(900.0, 2.0, measured=made_up(LoopSettings(), real=True))
-    assert said.headline == "Stable"
-    assert said.more.endswith("N/m after you let go.\nMeasurement with friction: comes to rest.")
-    said = judged(900.0, 2.0, controller=True, measured=made_up(LoopSettings(controller=True)))
-    assert "passivity controller is on. The limits do not include it" in said.more
-    assert said.more.endswith("Measurement of an ideal handle: comes to rest.")
+    assert shown.lines == ((sentence, "triangle", "warn"),)
+    assert shown.more == "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go."
+    shown = judged(900.0, 2.0, measured=made_up(LoopSettings(), real=True))
+    assert shown.headline == "Stable"
+    assert shown.more.endswith("N/m after you let go.\nMeasurement with friction: comes to rest.")
+    shown = judged(900.0, 2.0, controller=True, measured=made_up(LoopSettings(controller=True)))
+    assert "passivity controller is on. The limits do not include it" in shown.more
+    assert shown.more.endswith("Measurement of an ideal handle: comes to rest.")
 
 
 def test_a_class_is_that_of_its_cell_and_none_outside_the_axes():
@@ -129,7 +129,7 @@ def test_the_report_is_cleared_after_a_change(window, qtbot):
     window.studio.set_values({"stiffness": 1800.0, "damping": 0.0})
     window.views.show("stability")
     page = window.views.page("stability")
-    does = follow(page, qtbot).said.does["released"]
+    does = follow(page, qtbot).verdict.does["released"]
     assert (page.trial_conditions.stiffness, page.trial_conditions.does) == (1800.0, does)
     assert not does.calm
     page.trial._conditions = page.trial_conditions

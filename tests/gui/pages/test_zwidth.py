@@ -92,8 +92,8 @@ def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_use
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
     assert conditions["hand"] == "released"
-    told = dict(page.conditions.pairs)
-    assert (told["Hand"], told["Push"]) == ("none, only a constant push", "1 N")
+    pairs = dict(page.conditions.pairs)
+    assert (pairs["Hand"], pairs["Push"]) == ("none, only a constant push", "1 N")
     assert page.bar.export.isEnabled()
     assert window.studio.engine.values["stiffness"] == 321.0
     page._results.clear()
@@ -125,8 +125,8 @@ def test_points_appear_one_by_one(page):
 def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
     where = "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to"
-    said = f"{where} at least 1,340 N/m."
-    assert page.answer.label.text() == said
+    text = f"{where} at least 1,340 N/m."
+    assert page.answer.label.text() == text
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
@@ -230,7 +230,7 @@ def test_another_loop_view_or_scene_ends_the_measurement(begun, window, qtbot):
 @pytest.mark.slow
 def test_an_instruction_is_shown_to_the_user(page, window):
     page.job._wanted = object()
-    page.said.emit("Press gently into the wall and hold.")
+    page.instructed.emit("Press gently into the wall and hold.")
     page._mode = DEVICE
     page.show_trial()
     assert page.answer.label.text() == "Press gently into the wall and hold."

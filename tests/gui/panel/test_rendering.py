@@ -157,9 +157,11 @@ def test_table_and_card_show_the_same_delay(board_window, qtbot, where):
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.refresh()
-        said = column(board_window, index)[0].split()[0]
-        assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
-        qtbot.waitUntil(lambda said=said: f"The delay is {said} ms" in card.label.text(), timeout=PATIENCE_MS)
+        shown = column(board_window, index)[0].split()[0]
+        assert 1e-3 * float(shown) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
+        qtbot.waitUntil(
+            lambda shown=shown: f"The delay is {shown} ms" in card.label.text(), timeout=PATIENCE_MS
+        )
     engine = studio.engine
     rate = 1000.0 if where == "computer" else engine.decision().in_force.rate
     assert (card.facts.setting().rate, card.facts.setting().delay) == (

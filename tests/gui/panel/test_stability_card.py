@@ -29,7 +29,7 @@ def asked(stiffness, damping=0.0, setting=None, environment=SPRING):
     return CardRequest(VerdictInput(environment, values, setting or LoopSettings()), 8.0)
 
 
-def said(window):
+def shown_texts(window):
     """Return the card's headline and text, and the status bar's text."""
     card, field = window.stability, window.status.margin
     sign = field.sign.name, field.sign.token
@@ -63,19 +63,19 @@ def test_card_and_status_bar_state_the_verdict_without_a_banner(window, qtbot):
     studio.choose("spring")
     studio.set_value("stiffness", 900.0)
     qtbot.waitUntil(
-        lambda: "After you let go, the handle is stable, 1.1 × below the limit." in said(window)[0],
+        lambda: "After you let go, the handle is stable, 1.1 × below the limit." in shown_texts(window)[0],
         timeout=PATIENCE_MS,
     )
-    assert said(window)[0].startswith("In your hand, the handle is stable, ")
-    assert "Limit without friction: 1,002 N/m after you let go." in said(window)[1]
-    assert said(window)[2:] == ("Stable, 1.1 × below the limit", ("check", "ok"))
+    assert shown_texts(window)[0].startswith("In your hand, the handle is stable, ")
+    assert "Limit without friction: 1,002 N/m after you let go." in shown_texts(window)[1]
+    assert shown_texts(window)[2:] == ("Stable, 1.1 × below the limit", ("check", "ok"))
     studio.set_value("stiffness", 2000.0)
-    qtbot.waitUntil(lambda: "and let go, it buzzes at " in said(window)[0], timeout=PATIENCE_MS)
-    assert "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go." in said(window)[1]
-    assert said(window)[2:] == ("Buzzes if you let go", ("triangle", "warn"))
+    qtbot.waitUntil(lambda: "and let go, it buzzes at " in shown_texts(window)[0], timeout=PATIENCE_MS)
+    assert "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go." in shown_texts(window)[1]
+    assert shown_texts(window)[2:] == ("Buzzes if you let go", ("triangle", "warn"))
     assert window.banners.banners == []
     studio.set_loop(hand="released")
-    qtbot.waitUntil(lambda: "In your hand" not in said(window)[0], timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: "In your hand" not in shown_texts(window)[0], timeout=PATIENCE_MS)
 
 
 def test_each_hand_has_its_own_sign(window):
@@ -116,16 +116,19 @@ def test_a_scene_without_a_limit_is_judged_by_simulation(window, qtbot):
     studio = window.studio
     studio.set_loop(controller=True)
     qtbot.waitUntil(
-        lambda: "passivity controller is on. The limits do not include it" in said(window)[1],
+        lambda: "passivity controller is on. The limits do not include it" in shown_texts(window)[1],
         timeout=PATIENCE_MS,
     )
-    assert said(window)[0].startswith("In your hand, the handle is stable.")
+    assert shown_texts(window)[0].startswith("In your hand, the handle is stable.")
     studio.set_loop(controller=False, estimator="foaw")
-    qtbot.waitUntil(lambda: "filter is not linear" in said(window)[1], timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: "filter is not linear" in shown_texts(window)[1], timeout=PATIENCE_MS)
     assert not window.stability.map.isVisible()
     studio.choose("free")
-    qtbot.waitUntil(lambda: "has no stiffness" in said(window)[1], timeout=PATIENCE_MS)
-    assert said(window)[0] == "In your hand, the handle is stable.\nAfter you let go, the handle is stable."
+    qtbot.waitUntil(lambda: "has no stiffness" in shown_texts(window)[1], timeout=PATIENCE_MS)
+    assert (
+        shown_texts(window)[0]
+        == "In your hand, the handle is stable.\nAfter you let go, the handle is stable."
+    )
 
 
 @pytest.mark.slow
@@ -159,14 +162,14 @@ def test_an_old_verdict_is_cleared_if_the_next_is_late(window, qtbot):
     before = len(colored(card.map.viewport().grab().toImage(), "unstable"))
     card._worker.late.emit()
     page._worker.late.emit()
-    assert said(window) == ("Judging the stability…", "", "Judging the stability…", ("", "ink2"))
+    assert shown_texts(window) == ("Judging the stability…", "", "Judging the stability…", ("", "ink2"))
     assert not card.map.isHidden()
     assert (studio.unstable_ranges, card.calm) == ({}, False)
     assert len(colored(card.map.viewport().grab().toImage(), "unstable")) < before
     assert page.verdict_column.heading.text() == "Judging the stability…"
     assert (page.chart.pale, page.verdict_column.answers.text) == (True, "")
     card.show_answer(answer(asked(250.0)))
-    assert said(window)[2].startswith("Stable, ")
+    assert shown_texts(window)[2].startswith("Stable, ")
 
 
 @pytest.mark.parametrize(("stiffness", "ring"), [(250.0, False), (2000.0, True)])

@@ -77,21 +77,21 @@ def test_force_and_depth_numbers_are_steady_and_agree_with_the_drawing(qtbot, mo
     monkeypatch.setattr(stage, "paint_text", lambda *given: (written.append(given[3]), paint_text(*given)))
     view, _ = scene_of(qtbot, "wall")
 
-    def said(force, position=0.0):
+    def force_text(force, position=0.0):
         view.update_state(position, force, force, None, False, False, np.zeros(0))
         return view._motion.force_text
 
-    assert [said(force) for force in (0.5, 0.5198, 0.5202, 0.0, 0.0049, 0.0051, -0.3)] == [
+    assert [force_text(force) for force in (0.5, 0.5198, 0.5202, 0.0, 0.0049, 0.0051, -0.3)] == [
         "+0.50 N", "+0.50 N", "+0.52 N", "0.00 N", "0.00 N", "+0.01 N", "−0.30 N",
     ]  # fmt: skip
-    assert [said(-1.0, 1e-3 * mm) for mm in (4.95, 7.5, 7.599, 7.601)] == ["−1.00 N"] * 4
+    assert [force_text(-1.0, 1e-3 * mm) for mm in (4.95, 7.5, 7.599, 7.601)] == ["−1.00 N"] * 4
     for mm in (4.95, 5.04, 7.5, 7.599, 7.601):
-        said(-1.0, 1e-3 * mm)
+        force_text(-1.0, 1e-3 * mm)
         view.grab()
     depths = [text for text in written if text.startswith("d =")]
     assert depths == ["d = 0.04 mm", "d = 2.50 mm", "d = 2.50 mm", "d = 2.60 mm"]
     monkeypatch.setattr(force_arrow, "EACH_MS", 0)
-    assert said(-1.01, 0.0076) == "−1.01 N"
+    assert force_text(-1.01, 0.0076) == "−1.01 N"
 
 
 @pytest.mark.parametrize("side", [1, -1])

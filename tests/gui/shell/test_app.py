@@ -77,9 +77,9 @@ def test_a_signal_while_a_picture_is_taken_ends_the_program_without_output(name,
 
 def test_an_unknown_environment_gives_a_one_line_message(qapp, capsys):
     assert app.run(["--environment", "swamp"]) == 2
-    said = capsys.readouterr().err
-    assert "swamp" in said
-    assert said.count("\n") == 1
+    output = capsys.readouterr().err
+    assert "swamp" in output
+    assert output.count("\n") == 1
 
 
 def test_a_mistake_in_the_labs_file_is_shown_in_the_window_and_no_loop_starts(

@@ -73,11 +73,11 @@ def has_active_law(window):
     clear_lateness(window.studio)
     engine = window.studio.engine
     state, offered = engine.driver.conn.state, engine.decision().plan
-    told = offered is not None and (state.code_id, state.program_id) == (
+    announced = offered is not None and (state.code_id, state.program_id) == (
         offered.code_id,
         offered.program_id,
     )
-    return told and engine.rendering == "board" and state.tuning == 0
+    return announced and engine.rendering == "board" and state.tuning == 0
 
 
 @pytest.mark.alone

@@ -146,9 +146,9 @@ def test_invalid_loop_settings_are_ignored_individually(reset_idle_window, loop,
 
 @pytest.mark.slow
 def test_the_drag_hint_is_not_shown_again_after_the_first_drag(start, qtbot):
-    for told in (True, False):
+    for hinted in (True, False):
         window = start()
-        assert window.centre.scene._hint == told
+        assert window.centre.scene._hint == hinted
         window.centre.scene.set_preparing(False)
         window.centre.scene.set_hand_enabled(True)
         qtbot.mouseClick(window.centre.scene, Qt.MouseButton.LeftButton)

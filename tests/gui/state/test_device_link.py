@@ -156,7 +156,7 @@ def test_a_starting_board_is_shown_and_opened_only_once(idle_window, fake_board,
     """Another attempt during the handshake would open the port again and reset the board."""
     link, word, gate = idle_window.studio.device, idle_window.header.devices.word, threading.Event()
     link._again.setInterval(5)
-    kit, opened, asked, said = FakeKit(), [], [], []
+    kit, opened, asked, texts = FakeKit(), [], [], []
 
     def slow(message):
         if isinstance(message, HelloRequest):
@@ -174,9 +174,9 @@ def test_a_starting_board_is_shown_and_opened_only_once(idle_window, fake_board,
 
     link.open(entry_that(make))
     until(idle_window, "failed")
-    link._waits.connect(lambda _request, text: said.append(text))
+    link._waits.connect(lambda _request, text: texts.append(text))
     missing.error = None
-    qtbot.waitUntil(lambda: said == ["Starting board…"])
+    qtbot.waitUntil(lambda: texts == ["Starting board…"])
     gate.set()
     until(idle_window, "running")
     assert opened == [1]

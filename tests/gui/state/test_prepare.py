@@ -83,13 +83,13 @@ def test_the_loop_needs_only_its_law_and_background_programs_have_low_priority(
 def test_the_loop_part_compiles_everything_that_the_first_sample_needs(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
     prepared = [sys.executable, "-m", "hapkit_studio.gui.state.prepare", "loop"]
-    said = [
+    outputs = [
         subprocess.run(
             program, capture_output=True, text=True, timeout=180, check=True, env=environment
         ).stdout
         for program in (prepared, [sys.executable, "-c", FIRST_SAMPLE])
     ]
-    assert said == ["", "\n"]
+    assert outputs == ["", "\n"]
 
 
 def test_a_missing_law_is_compiled_despite_the_stamp(stamped, started, monkeypatch):

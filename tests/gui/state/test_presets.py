@@ -171,7 +171,7 @@ def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window,
     """
     before = settings_of(window.studio)
     window.presets.import_file(preset(tmp_path, text))
-    said = label_texts(sheet_of(window))[1:]
+    texts = label_texts(sheet_of(window))[1:]
     for message in (
         "'colour'",
         "5,050",
@@ -183,8 +183,8 @@ def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window,
         "'where'",
         "'soft'",
     ):
-        assert sum(message in line for line in said) == 1, message
-    assert len(said) == 9
+        assert sum(message in line for line in texts) == 1, message
+    assert len(texts) == 9
     assert settings_of(window.studio) == before
     assert window.history.stack.count() == 0
     assert presets.found("wall") == {}
@@ -223,14 +223,14 @@ def test_200_damaged_files_give_messages_and_change_nothing(window, tmp_path, ho
     window.presets.save("good", with_loop=True)
     good = presets.found("wall")["good"].read_bytes()
     rng, before = random.Random(15), settings_of(window.studio)
-    said = []
-    monkeypatch.setattr(window.presets, "_show_message", lambda _title, lines: said.append(lines))
+    texts = []
+    monkeypatch.setattr(window.presets, "_show_message", lambda _title, lines: texts.append(lines))
     window.history.forget()
     for at in range(200):
         window.presets.import_file(preset(tmp_path, damaged(rng, good)))
-        assert len(said) == at + 1
-        assert 1 <= len(said[at]) < 4, at
-        assert all(10 < len(line) < 170 and "\n" not in line for line in said[at])
+        assert len(texts) == at + 1
+        assert 1 <= len(texts[at]) < 4, at
+        assert all(10 < len(line) < 170 and "\n" not in line for line in texts[at])
     assert settings_of(window.studio) == before
     assert window.history.stack.count() == 0
     assert presets.found("wall").keys() == {"good"}

@@ -121,28 +121,28 @@ def test_the_shown_size_is_that_of_the_file(window, qtbot):
     path = begin(window, qtbot)
     recorder = window.studio.recording._recorder
     recorder._wait(recorder._flush)
-    said = window.studio.recording.progress.size
+    size = window.studio.recording.progress.size
     end(window, qtbot)
     # since the update, at most one chunk was written: one or two pages of 4096 bytes per column
-    assert said <= path.stat().st_size <= said + 12 * 4096
+    assert size <= path.stat().st_size <= size + 12 * 4096
 
 
 @pytest.mark.parametrize(
-    ("seconds", "said"),
+    ("seconds", "text"),
     [(0.9, "0:00"), (42.99, "0:42"), (60.0, "1:00"), (3599.9, "59:59"), (3723.0, "1:02:03")],
 )
-def test_a_duration_is_rounded_down(seconds, said):
-    assert clock(seconds) == said
+def test_a_duration_is_rounded_down(seconds, text):
+    assert clock(seconds) == text
 
 
 @pytest.mark.parametrize(
-    ("seconds", "said"), [(12.3, "12 s"), (58.9, "59 s"), (179.5, "3 min"), (599.8, "10 min")]
+    ("seconds", "text"), [(12.3, "12 s"), (58.9, "59 s"), (179.5, "3 min"), (599.8, "10 min")]
 )
-def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, monkeypatch):
+def test_the_status_bar_shows_how_much_data_is_available(window, seconds, text, monkeypatch):
     monkeypatch.setattr(window.studio.recording._recorder, "buffered", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
-    assert window.status.record.label.text() == f"You can save the last {said}"
+    assert window.status.record.label.text() == f"You can save the last {text}"
 
 
 def test_earlier_data_is_saved_during_a_recording(window, qtbot):
@@ -185,8 +185,8 @@ def test_a_read_only_folder_gives_a_one_line_message_and_nothing_else_stops(wind
 
 
 def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatch):
-    recording, said = window.studio.recording, []
-    recording.failed.connect(lambda *args: said.append(args))
+    recording, messages = window.studio.recording, []
+    recording.failed.connect(lambda *args: messages.append(args))
     (folder()).mkdir()
     path = folder() / "full.hapkit"
     path.write_bytes(b"1234")
@@ -194,7 +194,7 @@ def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatc
     monkeypatch.setattr(recording._recorder, "progress", Progress(path, 252_000, 4, 252.9, why))
     recording._refresh()
     recording._refresh()
-    assert said == [("Recording stopped at 4:12.", why)]
+    assert messages == [("Recording stopped at 4:12.", why)]
     assert window.header.record.word.text() == "Record"
     assert window.status.record.label.text() == "full, 0 kB"
 

@@ -93,20 +93,20 @@ def test_an_unmeasurable_delay_is_shown_while_forces_are_sent(board_window, monk
     window, studio = board_window, board_window.studio
     monkeypatch.setattr(notices, "NO_DELAY_MS", -1)
 
-    def told():
+    def notice():
         window.live.refresh()
         return window.banners.get("delay")
 
-    assert told() is None  # without a sample, no force was sent
+    assert notice() is None  # without a sample, no force was sent
     window.notices._heard = True
     studio.stop()
-    assert told() is None
+    assert notice() is None
     studio.release_stop()
     control = studio.engine.arrays.control
     store_release(control.fault, 0, arrays.OVER_SPEED)
-    assert told() is None
+    assert notice() is None
     store_release(control.fault, 0, arrays.NO_FAULT)
-    assert told().title == "The delay of the link cannot be measured."
+    assert notice().title == "The delay of the link cannot be measured."
     assert list(ways_on(window, "delay")) == [WAY_OUT, "Help"]
     measure(window, 1e-3)
     assert window.banners.get("delay") is None
@@ -165,25 +165,25 @@ def board(timer=None, padding=0):
     ],
 )
 def test_only_a_long_delay_is_explained(what, delay, text):
-    said = delay_reason(what, delay)
-    assert text in said
-    assert bool(said) == bool(text)
+    reason = delay_reason(what, delay)
+    assert text in reason
+    assert bool(reason) == bool(text)
 
 
 @pytest.mark.slow
 def test_padding_is_sent_immediately_after_every_connection_and_in_the_next_window(
     board_window, scripted, make_window, qtbot
 ):
-    def told(*padded):
+    def padding_sent(*padded):
         streams = [m.padded for m in list(scripted.received) if isinstance(m, Stream) and m.on]
         return streams == list(padded)
 
     link = board_window.studio.device
     assert link.padding == 0
-    qtbot.waitUntil(lambda: told(0))
+    qtbot.waitUntil(lambda: padding_sent(0))
     link.set_padding(PACKET)
-    qtbot.waitUntil(lambda: told(0, PACKET))
+    qtbot.waitUntil(lambda: padding_sent(0, PACKET))
     link.reconnect()
-    qtbot.waitUntil(lambda: told(0, PACKET, PACKET))
+    qtbot.waitUntil(lambda: padding_sent(0, PACKET, PACKET))
     board_window.close()
     assert make_window().studio.device.padding == PACKET

@@ -128,9 +128,9 @@ def test_explicit_euler_gains_energy_as_predicted_and_the_exact_integrator_none(
 @pytest.mark.parametrize("name", demos.shipped())
 def test_every_caption_is_shown_in_order(played_demo, name):
     played = played_demo(name)
-    said = list(dict.fromkeys(played.captions))
-    assert said == [step.caption for step in played.demo.steps]
-    assert all(said)
+    captions = list(dict.fromkeys(played.captions))
+    assert captions == [step.caption for step in played.demo.steps]
+    assert all(captions)
     assert not (played.rows[:, rows.FLAGS].astype(int) & (rows.STOPPED | rows.FAULT)).any()
 
 
@@ -313,10 +313,10 @@ def test_an_error_in_a_file_gives_a_one_line_message(shown, tmp_path, good, bad,
     before = settings_of(shown.studio)
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
-    said = label_texts(sheet_of(shown))
-    assert said[0] == "story.toml: no demo was played"
-    assert len(said) == 2
-    assert message in said[1].replace("-60", "−60")
+    shown_texts = label_texts(sheet_of(shown))
+    assert shown_texts[0] == "story.toml: no demo was played"
+    assert len(shown_texts) == 2
+    assert message in shown_texts[1].replace("-60", "−60")
     assert (settings_of(shown.studio), shown.demos.demo) == (before, None)
 
 

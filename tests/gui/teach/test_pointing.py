@@ -64,11 +64,11 @@ def test_a_whole_experiment_is_recorded_and_evaluated(pointed, qtbot):
     assert not window.studio.hidden
     assert window.centre.scene._zone is None
     assert len(page.run.done) == 2
-    said = " ".join(label_texts(sheet_of(window, ResultDialog)))
-    assert "Trials: 2." in said
+    text = " ".join(label_texts(sheet_of(window, ResultDialog)))
+    assert "Trials: 2." in text
     qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
     path, _ = window.studio.recording.newest
-    assert path.name in said
+    assert path.name in text
     found = experiments.read(path)
     assert found.trials == tuple(page.run.done)
     assert found.remarks == ()

@@ -75,15 +75,15 @@ def test_the_first_calm_value_is_selected_and_none_if_all_buzz():
 
 
 @pytest.mark.parametrize(
-    ("said", "true", "error", "text"),
+    ("estimate", "true", "error", "text"),
     [
         (310.0, 340.0, -8.8235, "You entered 310 N/m. The true value is 340 N/m: 8.8 % too low."),
         (1500.0, 1000.0, 50.0, "You entered 1,500 N/m. The true value is 1,000 N/m: 50.0 % too high."),
         (340.0, 340.0, 0.0, "You entered 340 N/m. The true value is 340 N/m: right."),
     ],
 )
-def test_an_estimate_is_judged_in_one_sentence(said, true, error, text):
-    found, sentence = comparison(STIFFNESS, said, true)
+def test_an_estimate_is_judged_in_one_sentence(estimate, true, error, text):
+    found, sentence = comparison(STIFFNESS, estimate, true)
     assert found == pytest.approx(error, abs=1e-4)
     assert sentence == text
 
@@ -197,17 +197,17 @@ def test_the_engine_receives_only_values_and_a_change_of_device_ends_the_quiz(
     reset_window, qtbot, monkeypatch
 ):
     """The quiz changes no other settings of the engine than the hidden value."""
-    window, studio, told = reset_window, reset_window.studio, []
+    window, studio, calls = reset_window, reset_window.studio, []
     for name in ("stop", "release_stop", "clear_fault", "set_loop", "change_loop", "set_where"):
-        monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
+        monkeypatch.setattr(Engine, name, lambda *_given, name=name: calls.append(name))
     render = Engine.set_environment
-    monkeypatch.setattr(Engine, "set_environment", lambda *given: told.append(given[1:]) or render(*given))
+    monkeypatch.setattr(Engine, "set_environment", lambda *given: calls.append(given[1:]) or render(*given))
     window.quiz.begin(random.Random(7))
     qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
     hidden = studio.engine.values["stiffness"]
     window.quiz.end()
     same = [(studio.environment, {**studio.values, "stiffness": value}) for value in (250.0, hidden, 250.0)]
-    assert told == same
+    assert calls == same
     monkeypatch.undo()
     window.quiz.begin(random.Random(7))
     studio.device.open(SIMULATED)

@@ -52,8 +52,8 @@ def test_the_staircase_ends_the_experiment_and_every_answer_is_recorded(compared
     assert len(page.stairs.reversals) == discrimination.REVERSALS
     assert not window.studio.hidden
     assert window.studio.engine.values["stiffness"] == 100.0
-    said = " ".join(label_texts(sheet_of(window, ResultDialog)))
-    assert "Weber fraction" in said
+    text = " ".join(label_texts(sheet_of(window, ResultDialog)))
+    assert "Weber fraction" in text
     qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
     path, _ = window.studio.recording.newest
     found = experiments.read(path)
@@ -78,8 +78,8 @@ def test_an_experiment_that_is_stopped_says_so(compared):
     page.choices[right_place(page)].click()
     QTest.mouseClick(page.end_button, Qt.MouseButton.LeftButton)
     assert compared.threshold.page is None
-    said = label_texts(sheet_of(compared, ResultDialog))
-    assert "You stopped after 1 answer, so the result is uncertain." in said
+    texts = label_texts(sheet_of(compared, ResultDialog))
+    assert "You stopped after 1 answer, so the result is uncertain." in texts
 
 
 def test_only_what_can_be_raised_within_the_stable_range_is_compared(reset_window):

@@ -74,9 +74,9 @@ def test_commas_are_thousands_separators_or_decimal_signs(qtbot, typed, value):
     qtbot.addWidget(box)
     box.selectAll()
     qtbot.keyClicks(box, typed)
-    with qtbot.waitSignal(box.entered) as said:
+    with qtbot.waitSignal(box.entered) as blocker:
         qtbot.keyClick(box, Qt.Key.Key_Return)
-    assert said.args == [value]
+    assert blocker.args == [value]
 
 
 def test_thousands_separators_are_hidden_while_typing(qtbot):
@@ -89,8 +89,8 @@ def test_thousands_separators_are_hidden_while_typing(qtbot):
     qtbot.waitUntil(box.hasFocus)
     assert box.text() == "1200"
     box.lineEdit().end(False)
-    with qtbot.waitSignal(box.entered) as said:
+    with qtbot.waitSignal(box.entered) as blocker:
         qtbot.keyClicks(box, "5")
         box.clearFocus()
-    assert said.args == [12005.0]
+    assert blocker.args == [12005.0]
     assert box.text() == "12,005"

@@ -35,11 +35,11 @@ def evil(path) -> Environment:
         Choice("few", f"Few {IMAGE}", (IMAGE,), help=f"help {IMAGE}"),
         Choice("many", f"Many {IMAGE}", ("a", "b", "c", IMAGE), help=f"help {IMAGE}"),
     )
-    said = {
+    functions = {
         "warnings": lambda values, conditions: (f"careful {IMAGE}",),
         "unused": lambda values: {"other": f"not used {IMAGE}", "many": f"not used {IMAGE}"},
     }
-    return replace(made, **texts, **said, parameters=parameters)
+    return replace(made, **texts, **functions, parameters=parameters)
 
 
 def is_html(text: str, form: Qt.TextFormat = Qt.TextFormat.AutoText) -> bool:

@@ -139,14 +139,14 @@ def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):
 
 
 def test_several_changes_style_the_widgets_once_and_an_unchanged_theme_never(dressed):
-    told = []
-    theme.changed.connect(lambda: told.append((theme.name, theme.scale)))
+    changes = []
+    theme.changed.connect(lambda: changes.append((theme.name, theme.scale)))
     with theme.together():
         theme.set_mode("dark")
         theme.set_scale(1.5)
-        assert told == []
-    assert told == [("dark", 1.5)]
+        assert changes == []
+    assert changes == [("dark", 1.5)]
     with theme.together():
         theme.set_scale(1.5)
     theme.set_scale(1.0)
-    assert told == [("dark", 1.5), ("dark", 1.0)]
+    assert changes == [("dark", 1.5), ("dark", 1.0)]

@@ -101,8 +101,8 @@ def test_a_board_in_use_is_released_flashed_and_reopened_with_its_settings(
         assert len(seen) > 4
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
-        hello, said = window.studio.engine.device.hello, sheet.verdict.label.text()
-        assert f"The board answers with firmware {hello.build}, protocol version {PROTOCOL_VERSION}" in said
+        hello, text = window.studio.engine.device.hello, sheet.verdict.label.text()
+        assert f"The board answers with firmware {hello.build}, protocol version {PROTOCOL_VERSION}" in text
         assert hello.build.encode() in flash.read_image(shipped())
         assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
         assert sheet.write.isEnabled()

@@ -96,14 +96,14 @@ class VerdictRow(QWidget):
         fresh = here is not None and "here" not in record.old
         token = "ok" if here and here.evidence.holds else "danger"
         self.sign.show_sign("" if here is None else "check" if token == "ok" else "close", token)
-        said = clauses(here.evidence.text) if here else ["This value was not tried yet"]
-        self.label.setText(record.wrong or said[0])
+        clause_list = clauses(here.evidence.text) if here else ["This value was not tried yet"]
+        self.label.setText(record.wrong or clause_list[0])
         mark(self.label, "ink", token if fresh or record.wrong else "ink3")
         mark(self.label, "role", "headline" if record.wrong else "readout")
         live = here.live if here else None
         advice = live.advice if live else ""
         felt_text = f"The scene shows this failure now. {advice}".strip()
-        self.more.setText(felt_text if felt else _GONE if gone else self._where(record, said[1:]))
+        self.more.setText(felt_text if felt else _GONE if gone else self._where(record, clause_list[1:]))
         mark(self.more, "on", felt)
         pressed = next((button for button in (self.feel, self.back) if button.hasFocus()), None)
         self.feel.setVisible(record.failure.live is not None and not felt)

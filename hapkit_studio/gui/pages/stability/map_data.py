@@ -64,8 +64,8 @@ def solve(ask: LinesRequest) -> Lines:
     margins = {hand: ask.margin(hand) for hand in GRIPS}
     limits = {hand: margin.limit for hand, margin in margins.items()}
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
-    said = verdict(ask.asked) if ask.asked else None
-    plane = replace(_plane(ask.setting, *axes), margin=margins[hand], hands=limits, said=said)
+    judged = verdict(ask.asked) if ask.asked else None
+    plane = replace(_plane(ask.setting, *axes), margin=margins[hand], hands=limits, verdict=judged)
     every = _every(ask.setting, axes[0]) if ask.every_hand else {}
     return Lines(ask, plane, every, {} if ask.stiffness else damping_limits(ask.setting))
 

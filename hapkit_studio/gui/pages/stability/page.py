@@ -157,9 +157,9 @@ class StabilityPage(MeasuringPage):
         Return None before the lines are known.
         """
         asked = self.lines.question.asked if self.lines else None
-        if self.lines is None or asked is None or self.lines.plane.said is None:
+        if self.lines is None or asked is None or self.lines.plane.verdict is None:
             return None
-        plane, does = self.lines.plane, self.lines.plane.said.does[RELEASED]
+        plane, does = self.lines.plane, self.lines.plane.verdict.does[RELEASED]
         stiffness, quantum = plane.margin.stiffness, plane.setting.quantum
         return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
@@ -301,8 +301,8 @@ class StabilityPage(MeasuringPage):
         side.try_hint.setText(text)
         side.release.setText("Holding the handle…" if trial.holding else "Release the handle here")
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
-        side.outcome.setText(trial.said)
-        side.outcome.setVisible(bool(trial.said))
+        side.outcome.setText(trial.report)
+        side.outcome.setVisible(bool(trial.report))
         side.controller.setEnabled(not self._studio.why_fixed(*LOOP))
         side.controller.setChecked(self._studio.loop.controller)
 
@@ -343,8 +343,8 @@ def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
     values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
     limit = float(np.interp(damping, plane.damping, plane.exact))
     again = tuple(plane.again[:, np.abs(plane.damping - damping).argmin()])
-    said = short(Margin(stiffness, damping, limit, plane.setting.hand, (again,)))
+    text = short(Margin(stiffness, damping, limit, plane.setting.hand, (again,)))
     if not math.isfinite(limit) or limit <= 0.0:
-        return values, said
+        return values, text
     bound = f"{limit:,.0f} N/m"
-    return values, f"{said} of {bound}" if said.endswith("limit") else f"{said}; the limit is {bound}"
+    return values, f"{text} of {bound}" if text.endswith("limit") else f"{text}; the limit is {bound}"

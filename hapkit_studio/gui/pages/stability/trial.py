@@ -165,7 +165,7 @@ _FARTHEST = 0.045
 class Trial(QObject):
     """Pulls the handle with the simulated hand, then releases it; emits ``changed`` on every change.
 
-    ``holding`` is true while the hand holds the handle. ``said`` is the report on the last release.
+    ``holding`` is true while the hand holds the handle. ``report`` describes the last release.
     """
 
     changed = Signal()
@@ -176,7 +176,7 @@ class Trial(QObject):
         self._grip: str | None = None
         self._conditions: TrialConditions | None = None
         self._since = 0.0
-        self.holding, self.said = False, ""
+        self.holding, self.report = False, ""
         self._timer = QTimer(self, singleShot=True, interval=_HOLD_MS)
         self._timer.timeout.connect(self._release)
         self._watch = QTimer(self, singleShot=True, interval=_WATCH_MS)
@@ -221,8 +221,8 @@ class Trial(QObject):
     def forget(self) -> None:
         """Clear the report on the last release."""
         self._watch.stop()
-        if self.said:
-            self.said = ""
+        if self.report:
+            self.report = ""
             self.changed.emit()
 
     def judge(self) -> None:
@@ -232,7 +232,7 @@ class Trial(QObject):
         window = self._live.history.between(self._since, math.inf)
         known = np.isfinite(window.y["position"])
         position = window.y["position"][known] - self._conditions.centre.position
-        self.said = outcome_text(Released(window.x[known], position), self._conditions)
+        self.report = outcome_text(Released(window.x[known], position), self._conditions)
         self.changed.emit()
 
     def _release(self) -> None:

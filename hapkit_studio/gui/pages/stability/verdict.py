@@ -42,15 +42,15 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     """Return the verdict on the dot; ``measured`` is a measurement with the same settings, or None."""
-    said = plane.said
-    if said is None:
+    judged = plane.verdict
+    if judged is None:
         return Verdict("", "")
-    more = [said.reason, said.unknown, plane.caption, stable_again(plane.margin)]
+    more = [judged.reason, judged.unknown, plane.caption, stable_again(plane.margin)]
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
         more.append(f"Measurement {handle}: {class_descriptions(plane.setting.controller)[found]}.")
-    return Verdict(said.headline, "\n".join(filter(None, more)), said.sign, said.signed)
+    return Verdict(judged.headline, "\n".join(filter(None, more)), judged.sign, judged.signed)
 
 
 def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
@@ -72,7 +72,7 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     else:
         unit, digits, own = "N/m", 0, plane.hands
         passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
-    joint = plane.said is not None and plane.said.joint
+    joint = plane.verdict is not None and plane.verdict.joint
     found = {} if joint else {"Passive": passive}
     found |= {hand_text(hand).capitalize(): limit for hand, limit in own.items()}
     if plane.setting.coulomb > 0.0 and not lines.dampings and not joint:
