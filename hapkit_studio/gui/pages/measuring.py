@@ -25,6 +25,7 @@ from hapkit_studio.gui.widgets.parts import (
     hint,
     keep_size_when_hidden,
     label,
+    lay_out,
     primary,
     rule,
     vbox,
@@ -228,7 +229,7 @@ class MeasuringPage(Page):
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
         if self.heading:
-            self.job.finished.connect(lambda _result: self.side.lay_out())
+            self.job.finished.connect(lambda _result: lay_out(self.side))
         self._saving = Job(self, needs="", must_finish=True)
         self._saving.finished.connect(
             lambda path: self.bar.show_text(f"The file {Path(path).name} was saved")

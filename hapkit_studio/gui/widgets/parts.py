@@ -113,6 +113,13 @@ def rule() -> QFrame:
     return line
 
 
+def lay_out(area: QScrollArea) -> None:
+    """Update the layout of a scroll area immediately, so that a longer text is complete in the next frame."""
+    for part in (*reversed(area.findChildren(QWidget)), area):
+        if part is area or part.layout() is not None:
+            QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
+
+
 def keep_size_when_hidden(widget: QWidget) -> None:
     """Reserve a hidden widget's space, so that no other widget moves when it appears."""
     policy = widget.sizePolicy()
@@ -240,12 +247,6 @@ class ScrollColumn(QScrollArea):
         """Add widgets at the bottom."""
         for part in parts:
             self.column.insertWidget(self.column.count() - 1, part)
-
-    def lay_out(self) -> None:
-        """Update the layout immediately, so that a longer text is complete in the next frame."""
-        for part in (*reversed(self.body.findChildren(QWidget)), self.body, self):
-            if part is self or part.layout() is not None:
-                QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
 
     def reveal(self, part: QWidget) -> None:
         """Scroll to a widget that has just grown, to show as much of it as possible."""

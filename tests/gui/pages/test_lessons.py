@@ -16,7 +16,8 @@ from hapkit_studio.gui.state.undo import differing, settings_of
 from hapkit_studio.gui.teach.demos import shipped
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons import library
-from hapkit_studio.lessons.progress import file_of
+from hapkit_studio.lessons.evaluate import WRONG, Result
+from hapkit_studio.lessons.progress import Progress, file_of
 from tests.gui.shell.test_layout import resize
 from tests.gui.window_support import delete_deferred
 from tests.wide import wide
@@ -100,6 +101,7 @@ def small(page, home):
     (folder / "small.md").write_text(SMALL, encoding="utf-8")
     page.choose_folder(str(folder))
     page.open("small")
+    delete_deferred()  # the parts of the step that was open before
     return page
 
 
@@ -143,6 +145,18 @@ def test_the_buttons_below_the_last_step_are_not_cut_off(page, reset_window, qap
     assert page.next.text() == "Finish"
     for button in (page.back, page.again, page.next, page.report, page.hand_in):
         assert button.width() >= button.sizeHint().width(), button.text()
+
+
+def test_a_longer_result_is_complete_in_the_next_frame(page, reset_window, qapp, monkeypatch):
+    page.open(WALL)
+    resize(qapp, reset_window, (1280, 720))
+    task, long = next(iter(page.tasks.values())), Result(WRONG, "The value is too high. Press again. " * 6)
+    short = task.label.height()
+    monkeypatch.setattr(Progress, "result", lambda self, block: long)
+    page.show_results()
+    assert task.label.height() > short
+    for part in (task.title, task.label):
+        assert part.height() >= part.heightForWidth(part.width())
 
 
 @pytest.mark.slow

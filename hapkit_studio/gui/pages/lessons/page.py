@@ -22,7 +22,7 @@ from hapkit_studio.gui.state.stored import LESSONS_FOLDER, StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
-from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, label, primary, rule, vbox
+from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, label, lay_out, primary, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.lesson import Block, Check, Formula, Hint, Lesson, Plot, Question, Text
@@ -374,6 +374,7 @@ class LessonsPage(Page):
                 self.tasks[block.key].show_result(progress.result(block))
         for at, dot in enumerate(self.dots):
             dot.show_state(progress.step_done(at), at == progress.step)
+        lay_out(self.body)
 
     def _show_view(self) -> None:
         step = self.player.step

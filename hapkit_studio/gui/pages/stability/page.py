@@ -32,7 +32,7 @@ from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.lock import LOOP
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.widgets.parts import hbox, hint, label, rule
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, lay_out, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -245,7 +245,7 @@ class StabilityPage(MeasuringPage):
         self._show_map(self.lines)
         pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all hands"} if self.lines.hands else {})
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
-        column.lay_out()  # lay out now, because the first drawing of the map takes a second
+        lay_out(column)  # lay out now, because the first drawing of the map takes a second
         if newest is not None and not self.job.running:
             self.bar.show_text(
                 "Measurement out of date" if self.outdated else newest.text((plane.width, plane.top))
