@@ -27,7 +27,7 @@ _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 
 def open_regular(path: str | Path) -> BinaryIO:
-    """Open a file for reading bytes; raise FileError if it is not a regular file.
+    """Open a file for reading bytes; raise FileError if it is a device or a pipe, not a file.
 
     The file is opened in non-blocking mode and then tested, because opening a FIFO would wait for its writer.
     """
@@ -39,7 +39,7 @@ def open_regular(path: str | Path) -> BinaryIO:
         raise FileError(f"Cannot read {_name(path)}: {error}.") from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
-        raise FileError(f"Cannot read {_name(path)}: it is not a regular file.")
+        raise FileError(f"Cannot read {_name(path)}: it is a device or a pipe, not a file.")
     return file
 
 

@@ -34,8 +34,8 @@ STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0
 
 FROM_MEMORY = " (source not checked)"  # marks a source that was not checked
 THRESHOLDS = (
-    ("Force", "a change of 6 %", "the same", "Jones 1989, abstract; others say 7 %"),
-    ("Smallest force change", "15 mN", "the same", "chosen for this program"),
+    ("Force", "a change of 6 %", "no smaller change", "Jones 1989, abstract; others say 7 %"),
+    ("Small force", "a change of 15 mN", "no smaller change", "none, the value was chosen for this program"),
     (
         "Position", "0.4 mm", "0.3 mm",
         "Ho and Srinivasan 1996: a difference of 0.4 ± 0.1 mm in thickness between two fingers",
@@ -43,11 +43,11 @@ THRESHOLDS = (
     (
         "Vibration",
         "10 µm at 26 Hz, 0.5 µm at 100 Hz, 0.05 µm at 150 to 200 Hz, 0.1 µm at 250 Hz, 1 µm at 400 Hz",
-        "a tenth of this",
+        "a tenth of these amplitudes",
         f"amplitudes{FROM_MEMORY}; Brisben, Hsiao and Johnson 1999, abstract: a vibrating cylinder in the "
         "hand is felt best at 150 to 200 Hz; some of the 19 people felt even less than 0.01 µm",
     ),
-    ("Event, such as a click", "whether it occurs, or that it is 20 ms early or late", "the same",
+    ("Event, such as a click", "whether it occurs, or that it is 20 ms early or late", "no shorter time",
         f"Levitin and others 1999{FROM_MEMORY}"),
 )  # fmt: skip
 """JND of each sense: of most people, of the most sensitive people, and the source."""

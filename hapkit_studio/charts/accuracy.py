@@ -378,10 +378,10 @@ def felt_text(felt: float | None) -> str:
 
 
 EFFECT_COLUMNS = (
-    Column("Effect, most people", lambda effect: felt_text(effect.felt), unit="JND"),
+    Column("Most people feel", lambda effect: felt_text(effect.felt), unit="JND"),
     Column("Sense", lambda effect: effect.sense, right=False),
     Column("Hand motion", lambda effect: effect.hand, right=False),
-    Column("Effect, most sensitive", lambda effect: felt_text(effect.strict), unit="JND"),
+    Column("Sensitive people feel", lambda effect: felt_text(effect.strict), unit="JND"),
     Column("When noticeable", lambda effect: effect.since_text, right=False),
     Column("Change of stiffness limit", lambda effect: effect.gain_text),
 )  # each row is the effect of removing one term

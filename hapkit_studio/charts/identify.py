@@ -23,7 +23,7 @@ AXES = {
     "viscous": ("velocity, mm/s", 1e3),
     "coulomb": ("direction of motion", 1.0),
 }
-TITLES = {"rendered": "What was rendered", "handle": "Properties of the handle"}
+TITLES = {"rendered": "Properties of the scene", "handle": "Properties of the handle"}
 _MOST_PANELS = 3
 _SIZE = (1080, 500)
 # pt: smallest height with enough room for the residuals

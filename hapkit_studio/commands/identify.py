@@ -61,7 +61,7 @@ def _text(found: "Identified", recording: "Recording") -> str:
     handle = "Properties of the handle"
     if found.handle.estimates:
         handle += ", let go" if found.handle.released else ", the hand's mass with it"
-    for title, part in (("What was rendered", found.rendered), (handle, found.handle)):
+    for title, part in (("Properties of the scene", found.rendered), (handle, found.handle)):
         lines += ["", title, *(f"  {line}" for line in found.sentences(part))]
     return "\n".join([*lines, "", found.force_known])
 

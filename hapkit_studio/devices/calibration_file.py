@@ -41,11 +41,11 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
         },
     ),
     "motor_map": (
-        "Torque over duty",
+        "Torque as a function of duty",
         {MotorMap.SQUARE: "square of the duty", MotorMap.LINEAR: "proportional", MotorMap.TABLE: "table"},
     ),
     "sense": ("Counts grow when handle moves", {1: "right", -1: "left"}),
-    "direction": ("Push side if direction pin is high", {1: "right", -1: "left"}),
+    "direction": ("Push direction when pin is high", {1: "right", -1: "left"}),
 }
 # label, display units per SI unit, unit, decimals
 _NUMBERS = {
@@ -69,9 +69,9 @@ MEASURED = (
 """Settings that a calibration may change, in the order of its steps."""
 SHOWN = ("label", "profile", "pins", "sensor", "motor_map", *MEASURED, "table")
 ORIGINS = {
-    Origin.DEFAULT: "default: nothing is stored",
+    Origin.DEFAULT: "default values, because nothing is stored",
     Origin.STORED: "stored on the board",
-    Origin.DAMAGED: "default: the stored settings are damaged",
+    Origin.DAMAGED: "default values, because the stored settings are damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
 """Descriptions of the origin of a board's current settings."""

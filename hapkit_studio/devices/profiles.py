@@ -95,7 +95,8 @@ KITS = (
     Kit(
         "hapkit-encoder",
         "Hapkit with an encoder motor",
-        "Encoder with 48 steps a turn on pins D2 and D3, motor on D5 and D8 (Longhorn: rewire D4, D5, D6).",
+        "Encoder with 48 steps a turn on pins D2 and D3, motor on D5 and D8. A Longhorn Hapkit has its motor "
+        "on D4, D5 and D6: change the wires.",
         _board(
             6, sensor=Sensor.QUADRATURE, counts_per_flip=ENCODER_COUNTS, motor_map=MotorMap.LINEAR,
             motor_constant=0.0167, sector_radius=0.075, max_force=2.7, label="Hapkit enc.",

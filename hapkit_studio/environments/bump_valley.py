@@ -117,8 +117,8 @@ ENVIRONMENT = Environment(
             "Force follows",
             ("gradient", "height"),
             "gradient",
-            "Slope: the force follows the slope, as for a rolling ball. Height: the force follows the "
-            "height: it pushes to the left on the hill and to the right in the valley. This feels like a "
+            "Slope: the force follows the slope, as for a rolling ball. Height: the force depends on "
+            "the height and pushes to the left on the hill and to the right in the valley. This feels like a "
             "hill only when you come from one side.",
             labels=("Slope", "Height"),
         ),

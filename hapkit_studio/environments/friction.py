@@ -165,7 +165,7 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     static, kinetic = levels(values)
     lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
     if lack > SMALL_LACK:
-        advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice this"
+        advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice this difference"
         yield f"{step}, so in slow sliding the friction is up to {100.0 * lack:.0f} % too small. {advice}."
 
 

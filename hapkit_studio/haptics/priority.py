@@ -35,7 +35,7 @@ def macos_obtain(library: Any = None) -> tuple[str, int]:
     ticks = [round(seconds * per_second) for seconds in (_PERIOD, _COMPUTATION, _CONSTRAINT)]
     policy = (ctypes.c_uint32 * 4)(*ticks, 1)
     if library.thread_policy_set(_macos_thread(library), _TIME_CONSTRAINT_POLICY, policy, 4) == 0:
-        return "Real-time priority (time constraint)", 1
+        return "Real-time priority", 1
     return "Normal priority", 0
 
 
@@ -68,7 +68,7 @@ def windows_obtain(library: Any = None) -> tuple[str, int]:
         return "Normal priority", 0
     _task.handle = handle
     library.AvSetMmThreadPriority(handle, _PRIORITY_CRITICAL)
-    return "Real-time priority (Pro Audio)", 1
+    return "Real-time priority", 1
 
 
 def windows_release(library: Any = None) -> None:
@@ -132,7 +132,7 @@ release, demote = _system.release, _system.demote
 
 @dataclass(frozen=True)
 class Priority:
-    """A description of the priority, such as "Real-time priority (FIFO 80)".
+    """A description of the priority, such as "Real-time priority (level 80 of 99)".
 
     It also states how to get a higher priority; this text may be empty.
     """

@@ -190,7 +190,7 @@ def _take_fifo(thread: int) -> tuple[str, int] | None:
         except OSError:
             continue
         watch_overrun(thread)
-        return f"Real-time priority (FIFO {level})", level
+        return f"Real-time priority (level {level} of 99)", level
     return None
 
 
@@ -207,7 +207,7 @@ def _ask_realtime_kit(thread: int) -> tuple[str, int] | None:
     level = min(level, 20)
     _busctl("call", *_KIT, "MakeThreadRealtimeWithPID", "ttu", str(os.getpid()), str(thread), str(level))
     if is_realtime(thread):
-        return f"Real-time priority (RealtimeKit {level})", level
+        return f"Real-time priority (level {level} of 99)", level
     forget_overrun(thread)
     return None
 
@@ -227,4 +227,4 @@ def _take_nice(thread: int) -> tuple[str, int] | None:
         os.setpriority(os.PRIO_PROCESS, thread, _NICE)
     except OSError:
         return None
-    return f"Raised priority (nice {_NICE}", 0
+    return f"Raised priority (nice {_NICE})", 0

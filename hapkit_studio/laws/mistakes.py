@@ -127,13 +127,13 @@ MISTAKES = (
     ),
     Mistake(
         "a = half(p)",
-        "the arguments of a helper function must be numbers: pass the values that the function needs from "
-        "`p`, as in `half(p.stiffness)`",
+        "the arguments of a helper function must be numbers: pass single values instead of `p`, "
+        "as in `half(p.stiffness)`",
     ),
     Mistake(
         "a = half(s)",
-        "the arguments of a helper function must be numbers: pass the values that the function needs from "
-        "`s`, as in `half(s.last)`",
+        "the arguments of a helper function must be numbers: pass single values instead of `s`, "
+        "as in `half(s.last)`",
     ),
     Mistake("while x > 0.0: a = 1.0", "`while` is not allowed in a law: use `for i in range(10)`"),
     Mistake(

@@ -103,7 +103,7 @@ def values_returned(tree: ast.FunctionDef) -> int:
             raise fail(
                 node,
                 f"`{tree.name}` returns {sizes[0]} values in one line and {size} here: "
-                "write equally many values after each `return`",
+                "write the same number of values after each `return`",
             )
     return sizes[0] if sizes else 1
 
@@ -604,9 +604,7 @@ class Rewriter(ast.NodeTransformer):
             return
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
-            text = (
-                f"pass the values that the function needs from `{node.id}`, as in `{name}({node.id}.{one})`"
-            )
+            text = f"pass single values instead of `{node.id}`, as in `{name}({node.id}.{one})`"
             raise fail(node, f"the arguments of a helper function must be numbers: {text}")
         if self._is_table(node):
             raise fail(

@@ -110,7 +110,7 @@ def save_pointing(
     chance, device, found = np.random.default_rng(seed), SimulatedHapkit(), list[Trial]()
     begin = 0.0
     with SessionWriter.whole(path) as writer:
-        writer.note(Event(0.0, ABOUT, {"device": "Virtual subject", "quantum_m": device.quantum}))
+        writer.note(Event(0.0, ABOUT, {"device": "Simulated person", "quantum_m": device.quantum}))
         for target in targets:
             time, place = subject.samples(target, chance, begin, _RATE)
             place = device.quantum * np.floor(place / device.quantum)
@@ -132,7 +132,7 @@ def save_comparisons(path: str | Path, observer: Observer, seed: int) -> list[Co
     found = observer.run(_BASE, np.random.default_rng(seed))
     time = np.arange(len(found) * int(_RATE) // 10) / _RATE
     with SessionWriter.whole(path) as writer:
-        writer.note(Event(0.0, ABOUT, {"device": "Virtual observer", "quantum_m": SimulatedHapkit().quantum}))
+        writer.note(Event(0.0, ABOUT, {"device": "Simulated person", "quantum_m": SimulatedHapkit().quantum}))
         writer.note(Event(0.0, SETTINGS, _settings("spring", {"stiffness": _BASE})))
         writer.add(pack(_rows(time, np.zeros(len(time))), SimulatedHapkit().quantum, 0))
         for at, one in enumerate(found, 1):

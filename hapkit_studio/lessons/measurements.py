@@ -516,8 +516,8 @@ MEASUREMENTS = _table(
         Measurement(
             "oscillation_amplitude", "Oscillation amplitude", "m", _oscillation_amplitude, seconds=1.0
         ),
-        Measurement("rest", "Remaining movement", "m", _rest, seconds=1.0),
-        Measurement("largest_push", "Farthest push that settles", "m", _largest_push),
+        Measurement("rest", "Range of the movement", "m", _rest, seconds=1.0),
+        Measurement("largest_push", "Farthest distance from rest", "m", _largest_push),
         Measurement("purring", "Purring frequency", "Hz", _purring, seconds=2.5),
         Measurement("vibration", "Vibration frequency", "Hz", _vibration, seconds=0.5),
         Measurement("spatial_period", "Distance between ridges", "m", _spatial_period),

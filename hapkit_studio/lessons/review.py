@@ -259,7 +259,9 @@ def reviews_of(handed: HandedIn) -> Reviews:
         if one.answers == answers:
             found[path] = one
         elif one.session == handed.path.name:
-            errors.append(f"{path.name} is a review of other answers, not of those now in {one.session}.")
+            errors.append(
+                f"{path.name} was written for different answers, not for those that are now in {one.session}."
+            )
         if len(found) >= MOST_REVIEWS:
             break
     return Reviews(found, tuple(errors))

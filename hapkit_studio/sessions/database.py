@@ -174,7 +174,9 @@ def _size(path: Path) -> int:
     except OSError:
         return 0
     if not stat.S_ISREG(found.st_mode):
-        raise SessionError(f"{one_line(path.name)} is not a regular file, so it cannot be read.")
+        raise SessionError(
+            f"{one_line(path.name)} is a folder or a device, not a file, so it cannot be read."
+        )
     return found.st_size
 
 

@@ -257,7 +257,7 @@ class Session:
                 count, size = count + 1, size + len(text)
                 if count > _MOST_EVENTS or size > _MOST_TEXT:
                     limits = f"{_MOST_EVENTS:,} events and {_MOST_TEXT:,} characters can be read"
-                    self._left_out("event", row, f"{place} and later rows: at most {limits}.")
+                    self._left_out("event", row, f"{place} and later rows, because at most {limits}.")
                     return
                 if crc != checksum(values):
                     raise DamagedError("its checksum is wrong.")
@@ -286,7 +286,7 @@ class Session:
                 samples += chunk.count
                 if samples > _MOST_IN_ALL:
                     limit = f"at most {_MOST_IN_ALL:,} samples can be read"
-                    self._left_out("chunk", row, f"{place} and later rows: {limit}.")
+                    self._left_out("chunk", row, f"{place} and later rows, because {limit}.")
                     break
                 head = Chunk(chunk.count, chunk.start, chunk.stop, chunk.states, b"", {}, self.layout)
                 found.append((row, head, blocks))
@@ -315,7 +315,11 @@ class Session:
             try:
                 for found in self._database.execute(query, (row,)):
                     if found[0] <= row:  # corrupt pages may refer to each other in a circle
-                        self._left_out(table, row + 1, f"{table} {row + 1} and later rows: not in order.")
+                        self._left_out(
+                            table,
+                            row + 1,
+                            f"{table} {row + 1} and later rows, because they are not in order.",
+                        )
                         return
                     row, leap = found[0], 1
                     yield found

@@ -218,7 +218,9 @@ def _try_function(environment: Environment, name: str) -> None:
             line = _first_line(function)
             raise LawError(f"this function must return {wanted}, not {found!r:.60}", line) from None
         if name.startswith("over_") and shape[-1:] != ALONG.shape:
-            raise LawError("a curve must have one value for each requested position", _first_line(function))
+            raise LawError(
+                "a curve must return one value for each position that it is given", _first_line(function)
+            )
 
 
 def _first_line(function: Callable) -> int:

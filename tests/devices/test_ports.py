@@ -114,7 +114,7 @@ def test_probing_a_kit_gives_firmware_and_settings(plugged, capsys, monkeypatch)
     assert found["text"].startswith(
         "Firmware test, version 4, 760 bytes of memory for a law. "
         "Kit 'fake kit', 20.0 µm of travel per count, force limit 2.5 N. "
-        "Settings are default: nothing is stored. The USB chip delays data by up to 16 ms"
+        "Settings are default values, because nothing is stored. The USB chip delays data by up to 16 ms"
     )
     monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
     assert cli.main(["devices", "--probe", "--json"]) == 0

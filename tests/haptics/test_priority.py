@@ -115,7 +115,7 @@ def test_realtime_kit_is_requested_within_its_limits(tmp_path, granted):
     process, thread, *obtained = in_process(code, PATH=f"{tmp_path}:{os.environ['PATH']}").split(maxsplit=2)
     call, *limits = log.read_text().splitlines()
     assert call.split()[-4:] == ["ttu", process, thread, "20"]
-    assert obtained == ["('Real-time priority (RealtimeKit 20)', 20)" if granted else "None"]
+    assert obtained == ["('Real-time priority (level 20 of 99)', 20)" if granted else "None"]
     assert [line.split()[3:5] for line in limits] == [["100000", "200000"]]
 
 
@@ -142,9 +142,7 @@ def test_a_thread_that_never_blocks_is_demoted_without_python():
     assert realtime_linux._table[0] == before + 1
 
 
-@pytest.mark.parametrize(
-    ("status", "text"), [(0, "Real-time priority (time constraint)"), (4, "Normal priority")]
-)
+@pytest.mark.parametrize(("status", "text"), [(0, "Real-time priority"), (4, "Normal priority")])
 def test_macos_requests_the_time_constraint_policy(status, text):
     def fill(reference):
         reference._obj[0], reference._obj[1] = 125, 3
@@ -161,9 +159,7 @@ def test_macos_requests_the_time_constraint_policy(status, text):
     assert library.thread_policy_set.call_args.args[:2] == (42, 1)
 
 
-@pytest.mark.parametrize(
-    ("handle", "text"), [(0x5, "Real-time priority (Pro Audio)"), (0, "Normal priority")]
-)
+@pytest.mark.parametrize(("handle", "text"), [(0x5, "Real-time priority"), (0, "Normal priority")])
 def test_windows_joins_the_pro_audio_task(handle, text):
     library = Mock()
     library.AvSetMmThreadCharacteristicsW.return_value = handle

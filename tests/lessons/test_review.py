@@ -83,7 +83,7 @@ def test_a_review_of_other_answers_is_noticed(handed, lesson):
     found = review.reviews_of(read(handed.path))
     assert found.found == {}
     (error,) = found.errors
-    assert "is a review of other answers" in error
+    assert "was written for different answers" in error
 
 
 def test_a_review_is_found_by_its_answers_if_the_file_was_renamed(handed, lesson):

@@ -288,7 +288,8 @@ def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeyp
     with closing(Session(tmp_path / "a.hapkit")) as found:
         assert found.counts.sum() == 20 * MOST_SAMPLES
         assert found.damage == (
-            "a.hapkit is damaged. Skipped: chunk 21 and later rows: at most 1,310,720 samples can be read.",
+            "a.hapkit is damaged. Skipped: chunk 21 and later rows, because at most 1,310,720 samples "
+            "can be read.",
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
         # the values take 8 bytes each
@@ -342,7 +343,7 @@ def test_events_beyond_the_limit_are_skipped(path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_EVENTS", 5)
     with closing(Session(path)) as found:
         assert len(found.events) == 5
-        assert "Skipped: event 6 and later rows: at most 5 events" in found.damage[0]
+        assert "Skipped: event 6 and later rows, because at most 5 events" in found.damage[0]
     monkeypatch.setattr(session, "_MOST_EVENTS", 100)
     monkeypatch.setattr(session, "_MOST_TEXT", 100)
     with closing(Session(path)) as found:
@@ -392,7 +393,7 @@ def test_pages_that_refer_back_to_earlier_rows_end_the_reading(tmp_path):
     path.write_bytes(circular(tmp_path / "b.hapkit"))
     with closing(Session(path)) as found:
         assert 10 < len(found.events) < 500
-        assert "and later rows: not in order." in found.damage[0]
+        assert "and later rows, because they are not in order." in found.damage[0]
 
 
 def test_a_schema_that_takes_too_long_to_read_is_refused(path, monkeypatch):
@@ -415,9 +416,11 @@ def test_files_that_would_block_or_are_not_regular_are_refused(path, capsys):
     path.with_name("folder.hapkit").mkdir()
     os.mkfifo(f"{path}-wal")
     lines = listed(path.parent, capsys)
-    assert lines["fifo.hapkit"].endswith("fifo.hapkit: it is not a regular file.")
+    assert lines["fifo.hapkit"].endswith("fifo.hapkit: it is a device or a pipe, not a file.")
     assert "Cannot read" in lines["folder.hapkit"]
-    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file, so it cannot be read.")
+    assert lines["bad.hapkit"].endswith(
+        "bad.hapkit-wal is a folder or a device, not a file, so it cannot be read."
+    )
     assert "neighbour.hapkit" in lines
 
 

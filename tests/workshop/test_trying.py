@@ -65,7 +65,7 @@ FUNCTIONS = [
     ("impedance=lambda p: (1.0, math.nan),", "return (stiffness, damping), not (1.0, nan)"),
     ("check=lambda p: 'too soft',", "the defaults contradict each other: too soft"),
     ("warnings=lambda p, c: [1 / 0],", "a division by zero"),
-    ("over_position=lambda p, x: x[:2],", "one value for each requested"),
+    ("over_position=lambda p, x: x[:2],", "one value for each position"),
     ("over_velocity=lambda p, v: 'fast',", "return numbers, not 'fast'"),
 ]
 

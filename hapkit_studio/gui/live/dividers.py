@@ -44,7 +44,7 @@ class Dividers(QObject):
     def _note_hidden(self) -> None:
         """Add a divider for a change of hidden values without showing the values."""
         again = self._live.history.now - self._hidden_at < _RESTED
-        text = "Hidden values active" if self._studio.hidden else "Your values restored"
+        text = "Hidden values are active" if self._studio.hidden else "Your values are restored"
         self._hidden_at = self._live.note(text, self._hidden_at if again else None)
 
     def _refresh(self) -> None:

@@ -245,7 +245,7 @@ class PresetRow(QWidget):
         self.setVisible(bool(studio.environment.parameters))
         text = DEFAULTS if studio.values == studio.environment.values() else OWN
         changed = self._presets.different
-        kind = "Preset, changed" if changed else "Preset"
+        kind = "Changed preset" if changed else "Preset"
         self.name.setText(kind)
         self.button.setText(chosen or text)
         self.button.setAccessibleName(f"{kind}: {chosen or text}")

@@ -156,12 +156,12 @@ def _path(given: object, at: float) -> Path_:
     for point in given:
         if not isinstance(point, list) or len(point) != 2:
             raise ParameterError(
-                f"A point of the hand must be [time in s, position in mm], not {quoted(point)}."
+                f"A point of the hand's path must be [time in s, position in mm], not {quoted(point)}."
             )
         time, place = number(_TIME, point[0]), number(_PLACE, point[1])
         if path and at + time <= path[-1][0]:
             raise ParameterError(
-                f"The times of the hand must increase: {time:g} s comes after {path[-1][0] - at:g} s."
+                f"The times in the hand's path must increase: {time:g} s comes after {path[-1][0] - at:g} s."
             )
         path.append((at + time, place / 1e3))
     return tuple(path)

@@ -37,7 +37,7 @@ class LargeValue(QWidget):
         for other in studio.environment.parameters:
             menu.addAction(other.label, partial(choose, other.key))
         name.setMenu(menu)
-        name.setToolTip("Show another parameter in this place")
+        name.setToolTip("Show a different parameter here")
         name.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.figure = label(role="figure", wrap=False)
         unit = label(self.quantity.unit if self.quantity else "", "readout", wrap=False)

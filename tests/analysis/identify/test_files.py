@@ -233,4 +233,4 @@ def test_an_unknown_unit_of_a_column_is_one_line(tmp_path, capsys):
 def test_a_fifo_is_refused_at_once(tmp_path, capsys):
     os.mkfifo(tmp_path / "pipe.csv")
     assert main(["identify", str(tmp_path / "pipe.csv")]) == 2
-    assert "not a regular file" in capsys.readouterr().err
+    assert "a device or a pipe, not a file" in capsys.readouterr().err

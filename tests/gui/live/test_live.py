@@ -29,7 +29,7 @@ def health(**changes):
         "missed": 0,
         "link": SimpleNamespace(lost_frames=0, clock_jumps=0),
         "missed_lately": 0,
-        "priority": Priority("Real-time priority (FIFO 80)", True, ""),
+        "priority": Priority("Real-time priority (level 80 of 99)", True, ""),
     }
     return SimpleNamespace(**(given | changes))
 
@@ -258,7 +258,7 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     assert all(field.isVisible() for field in figures)
     assert [field.label.text() for field in (*figures, bar.compute)] == [
         "1,000 Hz", "Lateness: below 0.09 ms for 99 % of the ticks, at most 4.00 ms", "Missed ticks: 0",
-        "Real-time priority (FIFO 80)",
+        "Real-time priority (level 80 of 99)",
         "Computing the force took 3.1 µs",
     ]  # fmt: skip
     assert bar.priority.link.isHidden()

@@ -173,7 +173,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert part.side.heading.text() == "Free without sensor steps"
     details = dict(part.details.pairs)
-    assert [details[key] for key in ("Effect, most people", "Sense", "Hand motion")] == [
+    assert [details[key] for key in ("Most people feel", "Sense", "Hand motion")] == [
         "1.2 JND",
         "force",
         "press",

@@ -61,7 +61,7 @@ def test_a_preset_is_saved_selected_and_restored_in_one_undo_step(window, home):
     assert (row.name.text(), row.button.text()) == ("Preset", "Lab 3, stiff wall")
     studio.reset_values()
     studio.set_values({"stiffness": 300.0, "damping": 2.5, "position": -0.0125})
-    assert row.name.text() == "Preset, changed"
+    assert row.name.text() == "Changed preset"
     assert "stiffness 300 → 900 N/m" in row.button.toolTip()
     assert "position" not in row.button.toolTip()
     before, steps = settings_of(studio), window.history.stack.count()
@@ -117,7 +117,7 @@ def test_the_next_start_shows_the_presets_name_and_differences(window, home):
     window.presets._chosen.clear()
     window.state.restore()
     row = window.panel.preset
-    assert (row.name.text(), row.button.text()) == ("Preset, changed", "stiff")
+    assert (row.name.text(), row.button.text()) == ("Changed preset", "stiff")
     assert window.studio.values["stiffness"] == 300.0
     for damage in ("nothing", None):
         path = presets.found("wall")["stiff"]

@@ -2,7 +2,7 @@
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
-_ASKED = "Asked force: what the law asks for. An arrow marks values beyond the plot"
+_ASKED = "Asked force: the force that the law asks for. An arrow marks values beyond the plot"
 PLOT = TimePlot(
     key="force",
     title="Force",

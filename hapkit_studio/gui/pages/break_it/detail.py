@@ -33,6 +33,8 @@ class KnobBar(QWidget):
         self._place = vbox(self.row)
         self.inside, self.outside = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
         hbox((self._place, 1), self.inside, self.outside, into=self)
+        self.inside.setToolTip("Set a value just inside the limit, where the method works")
+        self.outside.setToolTip("Set a value just outside the limit, where the method fails")
         self.inside.clicked.connect(lambda: self.turned.emit(1.0 - self._record.failure.margin))
         self.outside.clicked.connect(lambda: self.turned.emit(1.0 + self._record.failure.margin))
         self.show_record(record)

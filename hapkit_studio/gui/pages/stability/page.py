@@ -67,7 +67,7 @@ class StabilitySide(SidePanel):
 
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("No hand", "Medium grip", "All hands")
-_NAMES = {"Delay": "Delay, measured"}
+_NAMES = {"Delay": "Measured delay"}
 _COLUMN, _COLUMN_FROM = 276, 560
 
 
