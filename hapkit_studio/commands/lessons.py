@@ -93,6 +93,8 @@ def _review(options: argparse.Namespace) -> Result:
     path = Path(_target(options, "a handed-in session, or a review"))
     if path.suffix == review.SUFFIX:
         one = review.read(path)
+        if options.hide_names:
+            (one,) = review.hidden_names(review.Reviews({path: one})).found.values()
         return Result("\n".join(review.lines(one)), plain(one))
     handed = read(path)
     lesson = library(options.folder).named(handed.lesson)

@@ -86,7 +86,10 @@ def _stored(session: Session, kind: str) -> list[dict]:
 
 
 def _remark(session: Session, at: int, one: Trial) -> str:
-    """Return a line that says how a trial differs from its samples; "" if it does not differ."""
+    """Return a line that says how a trial differs from its samples; "" if it does not differ.
+
+    Start and target of a planned trial are symmetric about zero.
+    """
     found = session.read(("time", "position"), one.begin - _CLOCK, one.stop + _CLOCK)
     again = pointing.movement(found["time"], found["position"])
     if again is None:
@@ -94,6 +97,12 @@ def _remark(session: Session, at: int, one: Trial) -> str:
     if abs(again.seconds - one.seconds) > _SAME_SECONDS or abs(again.end - one.end) > _SAME_PLACE:
         given, computed = (f"{s:.3f} s and {1e3 * x:.2f} mm" for s, x in ((one.seconds, one.end), again[:2]))
         return f"For pointing trial {at}, the file says {given}, but its samples give {computed}."
+    start = float(found["position"][found["time"] <= max(again.begin, float(found["time"][0]))].mean())
+    places = (("start", one.start, start), ("distance", one.distance, 2.0 * abs(one.target)))
+    for name, given, computed in places:
+        if abs(given - computed) > _SAME_PLACE:
+            values = f"{1e3 * given:.2f} mm, but it is {1e3 * computed:.2f} mm"
+            return f"For pointing trial {at}, the file says that the {name} is {values}."
     return ""
 
 

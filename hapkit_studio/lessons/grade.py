@@ -71,6 +71,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
         reason = f"There is no lesson {handed.lesson}. Name the folder that holds it with --folder."
         return [Row(*head, "", "", "", DAMAGED, reason)]
     found = [Row(*head, "", "", "", DAMAGED, text) for text in handed.damage]
+    found += [Row(*head, "", "", "", EDITED, text) for text in handed.experiments.remarks]
     for number, _, task in lesson.tasks():
         value, state, reason = graded(task, handed)
         if handed.stamp != lesson.stamp and state not in (CORRECT, "review"):
@@ -94,6 +95,8 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
             return value, EDITED, f"The file says {answer.result.state}, but the answer is {state}: {text}"
         return value, state, text
     if not math.isfinite(answer.result.start):
+        if answer.result.state in (CORRECT, WRONG):
+            return "", EDITED, f"The file says {answer.result.state}, but names no evaluated interval."
         return "", MISSING, answer.result.text
     part = handed.samples.between(answer.result.start, answer.result.stop)
     return check_again(task, answer, evaluate_interval(task, part), part.stamp() if len(part) else "")

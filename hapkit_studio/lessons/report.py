@@ -24,6 +24,7 @@ from hapkit_studio.lessons.lesson import Check, Formula, Lesson, Plot, Question,
 from hapkit_studio.lessons.page import page
 from hapkit_studio.lessons.review import Review, Reviews, Row, hidden_names
 from hapkit_studio.lessons.samples import Samples
+from hapkit_studio.sessions.event_values import one_line
 
 # maximum number of samples in a figure; more samples would enlarge the page without a visible difference
 _FIGURE_SAMPLES = 2000
@@ -43,7 +44,8 @@ def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hid
     body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>']
     body.append(_facts(handed, hidden))
     body += [
-        f'<p class="task damaged"><span class="state">damaged</span> {_text(w)}</p>' for w in handed.damage
+        f'<p class="task damaged"><span class="state">damaged</span> {_text(w)}</p>'
+        for w in _damage(handed, hidden)
     ]
     missing: list[str] = []
     for number, step in enumerate(lesson.steps, 1):
@@ -75,6 +77,13 @@ def _facts(handed: HandedIn, hidden: bool) -> str:
         facts["Sensor step"] = with_unit(1e6 * step, "µm")
     rows = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in facts.items())
     return f"<dl>{rows}</dl>"
+
+
+def _damage(handed: HandedIn, hidden: bool) -> list[str]:
+    """Return the file's damage, without the file's name if it is hidden."""
+    if not hidden:
+        return list(handed.damage)
+    return [words.replace(one_line(handed.path.name), "The file") for words in handed.damage]
 
 
 def _experiments(handed: HandedIn) -> Iterator[str]:

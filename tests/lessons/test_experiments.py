@@ -10,7 +10,9 @@ from hapkit_studio.analysis import pointing
 from hapkit_studio.analysis.discrimination import Observer
 from hapkit_studio.analysis.pointing import CONDITIONS, Subject
 from hapkit_studio.cli import main
-from hapkit_studio.lessons import experiments
+from hapkit_studio.lessons import experiments, library
+from hapkit_studio.lessons.grade import grade_file
+from hapkit_studio.lessons.hand_in import hand_in
 from hapkit_studio.sessions.file import SessionError, checksum
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings_events import log
@@ -62,6 +64,24 @@ def test_an_edited_trial_is_detected(pointed, tmp_path, change):
     (remark,) = experiments.read(path).remarks
     assert remark.startswith("For pointing trial 5, the file says ")
     assert "its samples give" in remark
+
+
+@pytest.mark.parametrize("name", ["start", "distance"])
+def test_an_edited_place_of_a_trial_is_detected(pointed, tmp_path, name):
+    path = copied(pointed, tmp_path)
+    given = getattr(experiments.read(path).trials[2], name) + 0.0002
+    edit(path, "pointing", {name: given}, only=2)
+    (remark,) = experiments.read(path).remarks
+    assert f"For pointing trial 3, the file says that the {name} is {1e3 * given:.2f} mm" in remark
+
+
+def test_grading_names_an_edited_trial(pointed, tmp_path):
+    lessons = library().lessons
+    path = copied(pointed, tmp_path)
+    edit(path, "pointing", {"seconds": 0.4}, only=4)
+    hand_in(path, lessons["virtual_spring"], "Ada", {})
+    (row,) = [row for row in grade_file(path, lessons) if row.state == "edited"]
+    assert row.reason.startswith("For pointing trial 5, the file says 0.400 s")
 
 
 def test_a_damaged_trial_gives_one_line(pointed, tmp_path, capsys):

@@ -134,6 +134,14 @@ def test_a_wrong_answer_edited_to_correct_is_detected(tmp_path, lesson, played):
     assert states(path, lesson)["2.2"] == "edited"
 
 
+@pytest.mark.parametrize("state", ["correct", "wrong"])
+def test_a_result_without_an_interval_is_detected(handed, lesson, state):
+    edit_event(handed, lambda said: {**said, "state": state, "start": None}, "1.1")
+    (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
+    assert (row.state, row.value) == ("edited", "")
+    assert row.reason == f"The file says {state}, but names no evaluated interval."
+
+
 def test_edited_samples_are_detected_in_every_check(handed, lesson):
     edit_samples(handed)
     found = states(handed, lesson)

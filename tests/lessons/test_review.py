@@ -193,6 +193,22 @@ def test_an_instructor_hides_names_in_the_lesson_or_the_report(handed, lesson, n
     assert "Bob" in report(handed, lesson, found)
 
 
+def test_hidden_names_are_not_in_the_damage(handed, lesson, no_figures):
+    damaged = replace(handed, damage=("ada.hapkit is damaged. Skipped: chunk 3.",))
+    assert "ada.hapkit is damaged" in report(damaged, lesson)
+    hidden = report(damaged, lesson, hide_names=True)
+    assert "ada" not in hidden
+    assert "The file is damaged. Skipped: chunk 3." in hidden
+
+
+def test_the_command_hides_the_names_in_a_review_file(handed, lesson, capsys):
+    path = reviewed(handed, lesson, "Bob", [1] * len(lesson.rubric))
+    assert main(["lessons", "review", str(path), "--hide-names"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("Reviewer 1 on this work: ")
+    assert "Bob" not in said
+
+
 def test_the_header_hides_names(tmp_path):
     from hapkit_studio import resources
     from hapkit_studio.lessons.lesson import LessonError
