@@ -61,6 +61,25 @@ def test_remove_undoes_all_that_integrate_wrote(home, capsys):
     assert answer(capsys, "integrate", "--remove", "--yes")["removed"] == []
 
 
+def test_relative_folders_in_the_environment_are_ignored(home, capsys, monkeypatch):
+    monkeypatch.chdir(home)
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.setenv(name, "relative")
+    paths = [Path(path) for path in answer(capsys, "integrate", "--yes")["written"]]
+    assert all(path.is_relative_to(home / ".local" / "share") for path in paths)
+    assert not (home / "relative").exists()
+    settings, *_ = answer(capsys, "where")["places"]
+    assert settings["path"] == str(home / ".config/hapkit-studio/hapkit-studio.conf")
+
+
+def test_remove_also_removes_a_broken_link(home, capsys):
+    path = home / ".local/share/applications/hapkit-studio.desktop"
+    path.parent.mkdir(parents=True)
+    path.symlink_to(home / "gone" / "file")
+    assert answer(capsys, "integrate", "--remove", "--yes")["removed"] == [str(path)]
+    assert not path.is_symlink()
+
+
 @pytest.mark.parametrize("place", ["/opt/hapkit", "/srv/zoë/Ü b/hapkit-studio", '/a"b/$HOME/`c`/50%/d\\e'])
 def test_the_menu_entry_starts_the_program_wherever_it_is(home, place):
     reader = configparser.RawConfigParser()

@@ -37,7 +37,9 @@ def files(program: Sequence[str]) -> dict[Path, str]:
 
     ``program`` contains the words of the command that starts the studio.
     """
-    data = Path(os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share"))
+    data = Path(os.environ.get("XDG_DATA_HOME", ""))
+    if not data.is_absolute():  # the specification says that a relative path is ignored
+        data = Path(os.path.expanduser("~/.local/share"))
     return {
         data / "applications" / "hapkit-studio.desktop": desktop_entry(program),
         data / "mime" / "packages" / "hapkit-studio.xml": mime_type(),
@@ -46,8 +48,8 @@ def files(program: Sequence[str]) -> dict[Path, str]:
 
 
 def installed() -> list[Path]:
-    """Return the paths of those files that exist."""
-    return [path for path in files([]) if os.path.exists(path)]
+    """Return the paths of those files that exist, including broken links."""
+    return [path for path in files([]) if os.path.lexists(path)]
 
 
 def desktop_entry(program: Sequence[str]) -> str:
@@ -151,7 +153,7 @@ def _install(options: argparse.Namespace, wanted: dict[Path, str]) -> Result:
 
 
 def _remove(options: argparse.Namespace, wanted: list[Path]) -> Result:
-    present = [path for path in wanted if os.path.exists(path)]
+    present = [path for path in wanted if os.path.lexists(path)]
     if present:
         _confirm("Remove these files", present, options.yes)
     for path in present:

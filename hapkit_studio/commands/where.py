@@ -21,7 +21,9 @@ def settings_place(system: str = sys.platform) -> str:
         return rf"HKEY_CURRENT_USER\Software\{NAME}\{NAME}"
     if system == "darwin":
         return os.path.expanduser(f"~/Library/Preferences/com.{NAME}.{NAME}.plist")
-    root = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")
+    root = os.environ.get("XDG_CONFIG_HOME", "")
+    if not os.path.isabs(root):  # Qt ignores a relative path
+        root = os.path.expanduser("~/.config")
     return os.path.join(root, NAME, f"{NAME}.conf")
 
 
