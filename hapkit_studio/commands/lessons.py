@@ -118,10 +118,21 @@ def _write_review(options: argparse.Namespace, handed: HandedIn, lesson: Lesson)
         if given != "-" and given not in map(str, range(row.most + 1)):
             raise ParameterError(f"{row.criterion}: points are 0 to {row.most} or -, not {quoted(given)}.")
         rows.append(replace(row, points=None if given == "-" else int(given)))
-    whole = replace(blank, rows=tuple(rows), comments=tuple(map(_comment, options.comment)))
+    comments = tuple(_checked(_comment(text), lesson) for text in options.comment)
+    whole = replace(blank, rows=tuple(rows), comments=comments)
     path = Path(options.output or review.path_of(handed.path, whole.reviewer))
     review.write(path, whole)
     return with_files("\n".join(review.lines(whole)), plain(whole), [str(path)])
+
+
+def _checked(comment: Comment, lesson: Lesson) -> Comment:
+    """Return a comment; raise ParameterError if it is empty, or if the lesson does not have its step."""
+    steps = len(lesson.steps)
+    if not comment.text:
+        raise ParameterError("A comment has no text. Write --comment TEXT or --comment 'step 2: TEXT'.")
+    if comment.step is not None and not 1 <= comment.step <= steps:
+        raise ParameterError(f"There is no step {comment.step}: the lesson has {steps} steps.")
+    return comment
 
 
 _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<text>.*)")

@@ -14,6 +14,7 @@ from typing import Any
 
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import (
+    MOST_BYTES,
     checked_integer,
     checked_number,
     checked_table,
@@ -135,6 +136,10 @@ def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
     path = Path(path)
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
+    if (size := len(text.encode())) > MOST_BYTES:
+        raise ReviewError(
+            f"{path.name} would have {size:,} bytes; the limit is {MOST_BYTES:,} bytes. Shorten the comments."
+        )
     if path.exists() and not replace_file:
         raise ReviewError(f"{path.name} exists already. Choose another name.")
     try:

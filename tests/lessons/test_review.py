@@ -122,6 +122,21 @@ def test_a_review_is_in_the_folder_of_its_session(handed, name):
     assert re.fullmatch(r"ada reviewed by [\w -]+\.review", path.name)
 
 
+def test_a_reply_that_makes_a_review_too_large_to_be_read_leaves_it_unchanged(handed, lesson):
+    comments = (Comment("x" * 1000),) * 64
+    path = reviewed(handed, lesson, "Bob", [1] * len(lesson.rubric), comments=comments[:60])
+    while path.stat().st_size < 64_800:
+        review.reply(path, "y" * 500)
+    before = path.read_bytes()
+    with pytest.raises(ReviewError, match=r"would have .* bytes; the limit is 65,536 bytes"):
+        review.reply(path, "y" * 1000)
+    assert path.read_bytes() == before
+    assert review.read(path).reviewer == "Bob"
+    with pytest.raises(ReviewError, match="Shorten the comments"):
+        reviewed(handed, lesson, "Cy", [1] * len(lesson.rubric), comments=comments)
+    assert not review.path_of(handed.path, "Cy").exists()
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -242,6 +257,23 @@ def test_the_command_writes_shows_and_answers_a_review(handed, lesson, capsys):
     output = capsys.readouterr().out
     assert "Bob" not in output
     assert json.loads(output)["reviews"][0]["reviewer"] == "Reviewer 1"
+
+
+@pytest.mark.parametrize(
+    ("comment", "words"),
+    [
+        ("", "A comment has no text"),
+        ("step 1: ", "A comment has no text"),
+        ("step 0: why?", "There is no step 0"),
+        ("step 99: why?", "There is no step 99"),
+    ],
+)
+def test_the_command_refuses_a_comment_on_nothing(handed, lesson, comment, words, capsys):
+    points = ",".join(["1"] * len(lesson.rubric))
+    write = ["lessons", "review", str(handed.path), "--reviewer", "Bob", "--points", points]
+    assert main([*write, "--comment", comment]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(handed.path.parent.glob("*.review"))
 
 
 @pytest.mark.parametrize("points", ["1", "9,1,1", "1,1,-1", "x,1,1", "1,1,1,1", "1,1,", ""])
