@@ -99,9 +99,9 @@ def _remark(session: Session, at: int, one: Trial) -> str:
         return f"For pointing trial {at}, the file says {given}, but its samples give {computed}."
     start = float(found["position"][found["time"] <= max(again.begin, float(found["time"][0]))].mean())
     places = (("start", one.start, start), ("distance", one.distance, 2.0 * abs(one.target)))
-    for name, given, computed in places:
-        if abs(given - computed) > _SAME_PLACE:
-            values = f"{1e3 * given:.2f} mm, but it is {1e3 * computed:.2f} mm"
+    for name, stored, measured in places:
+        if abs(stored - measured) > _SAME_PLACE:
+            values = f"{1e3 * stored:.2f} mm, but it is {1e3 * measured:.2f} mm"
             return f"For pointing trial {at}, the file says that the {name} is {values}."
     return ""
 
