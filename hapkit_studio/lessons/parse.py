@@ -70,9 +70,17 @@ def views() -> tuple[str, ...]:
     return "live", *assigning(Path(__file__).parents[1] / "gui" / "pages", "VIEW")
 
 
+def _is_web_link(url: str) -> bool:
+    return url.lower().startswith(("http://", "https://"))
+
+
 def markdown() -> MarkdownIt:
-    """Return the Markdown parser of lessons: CommonMark without HTML and images, with tables."""
+    """Return the Markdown parser of lessons: CommonMark without HTML and images, with tables.
+
+    Only links to web pages are links, because another scheme may start a program.
+    """
     found = MarkdownIt("commonmark", {"html": False, "maxNesting": _MOST_NESTED}).enable("table")
+    found.validateLink = _is_web_link  # type: ignore[method-assign]
     return found.disable(["image", "html_block", "html_inline"])
 
 

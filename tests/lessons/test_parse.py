@@ -175,6 +175,27 @@ def test_html_in_a_lesson_stays_text(tmp_path):
     assert 'href="javascript' not in shown
 
 
+@pytest.mark.parametrize(
+    ("url", "links"),
+    [
+        ("https://a.b", True),
+        ("HTTP://a.b", True),
+        ("javascript:x", False),
+        ("ms-msdt:/id", False),
+        ("smb://a/b", False),
+        ("file:///a", False),
+        ("data:image/png;base64,a", False),
+        ("//a/b", False),
+        ("a.exe", False),
+    ],
+)
+def test_only_web_pages_are_links(url, links):
+    from hapkit_studio.lessons.parse import markdown
+
+    shown = markdown().render(f"[text]({url})\n\n[ref]\n\n[ref]: {url}\n\n<{url}>")
+    assert ("href" in shown) is links
+
+
 def test_only_the_bad_lesson_is_rejected(tmp_path):
     (tmp_path / "good.md").write_text(GOOD)
     (tmp_path / "bad.md").write_text(GOOD.replace('"slope"', '"slop"'))

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtGui import QDesktopServices, QTextDocumentFragment
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.pages.lessons.page import StepDot
 from hapkit_studio.gui.pages.lessons.player import scene_settings
 from hapkit_studio.gui.pages.lessons.tasks import HintPart
 from hapkit_studio.gui.state.undo import differing, settings_of
@@ -164,6 +165,13 @@ def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
     texts = [part.text() for part in small.body.findChildren(QLabel)]
     assert sum(text.count("<img src=") for text in texts) == 2
     assert not [text for text in texts if "<code" in text or "<b>no" in text]
+
+
+def test_html_in_a_steps_title_is_text_in_its_tooltip(qapp):
+    title = '<b>Press</b> <img src="file:///a.png">'
+    tip = StepDot(1, title).toolTip()
+    assert "<img" not in tip
+    assert QTextDocumentFragment.fromHtml(tip).toPlainText() == title
 
 
 def test_locks_and_hidden_parts_of_a_step_end_with_it(small, reset_window):

@@ -24,6 +24,7 @@ from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
 from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, label, lay_out, primary, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.lesson import Block, Check, Formula, Hint, Lesson, Plot, Question, Text
 from hapkit_studio.lessons.library import Library, library
@@ -98,7 +99,7 @@ class StepDot(QPushButton):
     def __init__(self, number: int, title: str):
         super().__init__(autoDefault=True)
         self.number, self.done, self.current = number, False, False
-        self.setToolTip(title)
+        self.setToolTip(plain_tip(title))
         self._title = title
         theme.changed.connect(self._fit)
         self._fit()
@@ -242,7 +243,7 @@ class LessonsPage(Page):
         self.listed.show_parts([*errors, *self.rows.values()])
         folder = str(self._settings.value(LESSONS_FOLDER, ""))
         self.own.setText(f"Your folder of lessons: {Path(folder).name}" if folder else "Lessons of your own:")
-        self.own.setToolTip(folder)
+        self.own.setToolTip(plain_tip(folder))
         self.usual.setVisible(bool(folder))
         self._order([*self.rows.values(), self.folder, self.usual])
 
