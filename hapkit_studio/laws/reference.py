@@ -141,11 +141,11 @@ DIFFERENCES = (
         "push = 1.0 / (abs(x) + 0.001)",
     ),
     (
-        "other functions raise no error: `math.sqrt(-1.0)` is no number, and a fault if it reaches the force",
+        "other functions raise no error: `math.sqrt(-1.0)` is NaN (not a number); a force of NaN is a fault",
         "push = math.sqrt(max(0.0, x))",
     ),
     ("a name must have a value in every case before it is used", "push = x if x > 0.0 else 0.0"),
-    ("names are forgotten after each call, but the state is kept", "s.last = x"),
+    ("names lose their values after each call, but the state keeps its values", "s.last = x"),
     ("arguments must be given in order, without names", "push = half(x)"),
     ("text can only be compared with a choice", 'push = 1.0 if p.side == "left" else 0.0'),
     ("the board and a sketch compute with 7 digits, the computer with 16", "push = p.stiffness * x"),
@@ -156,9 +156,9 @@ _TEXT = Template("""\
 # The law language
 
 A force law is a Python function that returns the force on the handle in N, positive to the right. The studio
-calls it once per tick and compiles it three times: for the loop, for the board and for an Arduino sketch. It
-therefore allows only a part of Python. The editor says at each line what is not allowed and what to write
-instead.
+calls this function once in each period of the loop. It compiles the law three times: for the loop, for the
+board and for an Arduino sketch. Therefore a law may use only a part of Python. If a line contains something
+else, the editor says what is not allowed and what to write instead.
 
 $file
 
@@ -180,41 +180,42 @@ Comparisons are $comparisons.
 
 $functions
 
-Numbers of the module math: $constants. `import math` stands at the top of the file.
+Numbers of the module math: $constants. Write `import math` at the top of the file.
 
 ## State
 
-The state `s` is the memory from call to call. It is declared above the law with its start values, up to
-$states numbers in all. It is plotted and recorded.
+The state `s` contains values that the law remembers from one call to the next. Declare the state above the
+law with its start values, up to $states numbers in all. The window plots and records these values.
 
 $state
 
 ## Tables
 
-A tuple or list at the top of the file is a table: 1 to $numbers numbers, which stay as they are. Its index
-goes from 0 to below its size. Any other index is a fault: the force is 0, and the loop names the line. On the
-board each number of a table takes 4 of the $arena bytes that there are for the whole law; a law that needs
-more is refused with its size. In a sketch a table is a `const` array in the program's memory.
+A table is a tuple or list at the top of the file, with 1 to $numbers numbers that never change. The index of
+the first number is 0, the index of the last number is the size minus 1. Any other index is a fault: the force
+is 0, and the message names the line. The board has $arena bytes for a whole law, and each number of a table
+needs 4 bytes. If a law needs more bytes, it is refused, and the message states its size. In a sketch, a table
+is a `const` array in the program's memory.
 
 $table
 
 ## Helpers
 
-A helper is a function of the same file. It knows its arguments, the numbers and tables at the top of the
-file, and `math`; parameters and state are given to it. It may have default values, return several numbers
-(`return a, b`) and call other helpers, but not itself.
+A helper is a function in the same file. It can use its arguments, the numbers and tables at the top of the
+file, and `math`. If it needs a parameter or a value of the state, pass this value as an argument. A helper
+may have default values, return several numbers (`return a, b`) and call other helpers, but not itself.
 
 $helper
 
 ## Time
 
-Count calls, not seconds. A sum of `dt` drifts in the single precision of the board and the sketch, by 3 ms in
-10 s and by seconds in 10 minutes. A count is exact up to 2²⁴, which is 70 minutes at 4 kHz. Subtract counts
-first and multiply by `dt` last:
+To measure a time, count calls of the law. Do not add up `dt`: the board and the sketch compute with single
+precision, so a sum of `dt` is wrong by 3 ms after 10 s, and by seconds after 10 minutes. A count of calls is
+exact up to 2²⁴, which is 70 minutes at 4 kHz. Subtract the counts first, then multiply by `dt`:
 
 $clock
 
-The sine of a time that grows without end gets coarse, too. Start again after a whole number of calls:
+The sine of a very long time is inaccurate, too. Therefore let the count start again at 0 after one period:
 
 $vibration
 
@@ -268,10 +269,10 @@ def _limits() -> list[tuple[str, str]]:
         ("parameters", f"{MAX_PARAMETERS}"),
         ("values in the state", f"{MAX_STATE}"),
         ("numbers in a table", f"{subset.MOST_IN_TABLE}, each up to {subset.LARGEST_IN_TABLE:g}"),
-        ("turns of all loops plus calls of helpers, in one call of the law", f"{FUEL:,}"),
+        ("iterations of all loops plus calls of helpers, in one call of the law", f"{FUEL:,}"),
         ("`min` and `max`", f"{subset.BUILTINS['min'].most} numbers"),
         ("on the board: values, tables and code", f"{machine.ARENA} bytes"),
-        ("on the board: turns of one loop", f"{0xFFFF:,}"),
+        ("on the board: iterations of one loop", f"{0xFFFF:,}"),
         ("on the board: loops inside one another", f"{machine.MOST_COUNTERS}"),
         (
             "on the board: processor cycles in one call, at 4,000 and at 1,000 Hz",

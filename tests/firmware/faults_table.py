@@ -225,18 +225,21 @@ HEAD = """\
 Made by `python -m tests.firmware.faults_table > assets/docs/faults.md`; `make test-all` holds each line to
 its bounds.
 
-The real firmware runs in the virtual board, the studio's own compiled loop renders a spring of 120 N/m, and
-a hand leads the handle to and fro. Each fault lasts from 0.5 s to 0.8 s. All times are the board's, so every
-run is the same. What happened at the pins is from the board's truth log, every 0.1 ms; the force limit is
-3.00 N.
+The virtual board executes the real firmware. The studio's own compiled loop renders a spring of 120 N/m, and
+a simulated hand moves the handle to and fro. Each fault lasts from 0.5 s to 0.8 s. All times are those of the
+board's clock, so every run is the same. The forces at the motor's pins come from the truth log of the virtual
+board, every 0.1 ms. The force limit is 3.00 N.
 
-* *Force*: the largest at the pins.
-* *Off after*: from the fault to the motor's being off, where it has to be off; the bound is next to it.
-* *Back after*: from the end of the fault to the full force, a fade of 30 ms included.
-* *Lost*, *damaged*: samples that the computer missed; frames that it refused. *Board refused*: what the board
-  counted, frames and bytes.
-* *Wrong*: recorded positions that differ from the truth by more than a count in a row that nothing marks,
-  gaps that are not marked, and forces at the pins that nobody had sent.
+* *Force*: the largest force at the pins.
+* *Off after*: the time from the fault until the motor is off, if the motor has to be off; its bound is in
+  brackets.
+* *Back after*: the time from the end of the fault until the full force is back, with a fade of 30 ms; its
+  bound is in brackets.
+* *Lost*: the number of samples that the computer missed. *Damaged*: the number of frames that the computer
+  refused. *Board refused*: the number of frames and bytes that the board refused and counted.
+* *Wrong*: the number of errors. An error is a recorded position that differs from the truth by more than a
+  count in a row that is not marked, a gap that is not marked, or a force at the pins that nobody sent.
+* *Latched*: the fault that remains until the user clears it.
 """
 
 COLUMNS = (
