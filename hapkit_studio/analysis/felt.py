@@ -55,6 +55,7 @@ def last_cycle(
     state = np.where(x > middle, 1, np.where(x < middle - back, -1, 0))
     marked = np.flatnonzero(state)
     rises = marked[1:][(state[marked[1:]] == 1) & (state[marked[:-1]] == -1)]
+    rises = rises[t[rises] + delay <= t[-1]]  # the positions under a cycle's last force must be known
     if len(rises) < 2:
         return None
     # the last force of the cycle acts until one delay after the next sample

@@ -72,3 +72,10 @@ def test_motion_below_the_threshold_is_not_a_cycle(size, found):
     time, x = sine(amplitude=0.5e-3 * size)
     assert (last_cycle(time, x, -x, 0.0, 1e-3) is not None) is found
     assert last_cycle(time[:200], x[:200], -x[:200], 0.0, 1e-9) is None, "less than one cycle"
+
+
+def test_a_complete_cycle_remains_known_as_samples_arrive():
+    """The newest cycle is complete one delay after its end; until then the previous one is returned."""
+    time, x = sine()
+    known = [last_cycle(time[:n], x[:n], -300.0 * x[:n], 5.3e-3, 1e-3) for n in range(2740, 3001, 2)]
+    assert all(known)
