@@ -1,6 +1,7 @@
 """Command-line options: a parser with one-line error messages, and the window's options."""
 
 import argparse
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,11 @@ from hapkit_studio.formatting import printable
 
 class LineParser(argparse.ArgumentParser):
     """An argument parser with one-line error messages and exit code 2."""
+
+    def __init__(self, *given: Any, **named: Any):
+        super().__init__(*given, **named)
+        # Python 3.14 has the same expression; older versions take -5e-3 for an option
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def error(self, message: str):
         self.exit(2, printable(f"{self.prog}: {message}\n"))

@@ -204,6 +204,7 @@ WRONG = [
     ("run wall -p stiffness=", "KEY=VALUE"),
     ("run wall --rate fast", "invalid float value: 'fast'"),
     ("run wall --delay -1", "The delay must be between 0 and 10 s, not −1."),
+    ("run wall --delay -1e-9", "The delay must be between 0 and 10 s, not −10⁻⁹."),
     ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10,000,000 samples"),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff must be a number, not 'low'."),
     ("run wall --estimator iir:", "An option has the form KEY=VALUE, e.g. cutoff=20, not ''."),

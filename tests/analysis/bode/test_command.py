@@ -29,6 +29,7 @@ def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_pa
         ("--device /dev/ttyUSB9", "has no hand that could drive its handle"),
         ("--rate fast", "Rates are numbers in Hz as 1000,4000"),
         ("--amplitude 1", "Amplitude must be between"),
+        ("--amplitude -5e-3", "Amplitude must be between"),
     ],
 )
 def test_invalid_options_give_a_one_line_error(capsys, options, text):
