@@ -17,7 +17,7 @@ class Bench {
   }
 
   template <class Message>
-  void say(const Message& message) {
+  void receive(const Message& message) {
     say_bytes(fake::frame_of(fake::body_of(message)));
   }
 

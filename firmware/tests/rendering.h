@@ -86,7 +86,7 @@ inline protocol::Tune tune(uint8_t law, uint8_t generation, std::vector<std::pai
 class Rendering : public Bench {
  public:
   Rendering() {
-    say(protocol::Stream{1, 0});
+    receive(protocol::Stream{1, 0});
     period(kStill);
   }
 
@@ -100,20 +100,20 @@ class Rendering : public Bench {
 
   void send(const Law& law, uint8_t generation) {
     for (std::size_t from = 0; from < law.bytes().size(); from += protocol::kPiece) {
-      say(piece_of(law, generation, from));
+      receive(piece_of(law, generation, from));
     }
   }
 
   // Send a law; the present law fades out first.
   void change(const Law& law, uint8_t generation, const estimator::Loop& loop = at(1000)) {
-    say(head_of(law, generation, loop));
+    receive(head_of(law, generation, loop));
     alive((kFadeMs + 2) * 4);  // no period is shorter than a quarter of a millisecond
     send(law, generation);
   }
 
   // Advance by one period with keep-alive messages; return the telemetry.
   protocol::Telemetry shown(uint16_t raw = kStill) {
-    say(protocol::Alive{});
+    receive(protocol::Alive{});
     fake::sent.clear();
     period(raw);
     return last<protocol::Telemetry>();
@@ -121,7 +121,7 @@ class Rendering : public Bench {
 
   void alive(int periods, uint16_t raw = kStill) {
     while (periods--) {
-      say(protocol::Alive{});
+      receive(protocol::Alive{});
       period(raw);
     }
     fake::sent.clear();

@@ -28,7 +28,7 @@ TEST(no_frame_is_sent_without_a_request) {
 
 TEST(hello_contains_the_constants) {
   Bench bench;
-  bench.say(protocol::HelloRequest{});
+  bench.receive(protocol::HelloRequest{});
   bench.period();
   const auto hello = bench.last<protocol::Hello>();
   CHECK(hello.version == protocol::kVersion);
@@ -43,7 +43,7 @@ TEST(hello_contains_the_constants) {
 TEST(hello_is_sent_when_the_queue_has_room) {
   Bench bench;
   fake::room = 10;
-  bench.say(protocol::HelloRequest{});
+  bench.receive(protocol::HelloRequest{});
   bench.period();
   CHECK(fake::sent.empty());
   fake::room = 127;
@@ -53,12 +53,12 @@ TEST(hello_is_sent_when_the_queue_has_room) {
 
 TEST(samples_while_the_stream_is_on) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   const auto sample = bench.sample(60);
   CHECK(sample.seq == bench.seq() && sample.time_us == fake::now_us && sample.count == 60);
   CHECK(sample.flags == protocol::kFlagWatchdog && sample.pwm == 0 && sample.delay_us == 0);
   CHECK(bench.sample(970).count == 970 - 921);
-  bench.say(protocol::Stream{0, 0});
+  bench.receive(protocol::Stream{0, 0});
   fake::sent.clear();
   bench.period();
   CHECK(fake::sent.empty());
@@ -66,11 +66,11 @@ TEST(samples_while_the_stream_is_on) {
 
 TEST(force_drives_the_motor_and_measures_its_delay) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   bench.periods(5);
   const uint16_t answered = static_cast<uint16_t>(bench.seq() - 2);
   fake::now_us += 700;
-  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 1), 1, -1.0f});
+  bench.receive(protocol::Force{static_cast<uint16_t>(bench.seq() - 1), 1, -1.0f});
   const double expected = -255.0 * std::sqrt(0.090 * 0.005 / 0.074 / 0.0183);
   CHECK_NEAR(fake::pwm, expected, 0.75);
   const auto sample = bench.sample();
@@ -80,22 +80,22 @@ TEST(force_drives_the_motor_and_measures_its_delay) {
 
 TEST(an_unknown_delay_is_the_largest_value) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   bench.period();
-  bench.say(protocol::Force{bench.seq(), 100, 0.5f});
+  bench.receive(protocol::Force{bench.seq(), 100, 0.5f});
   CHECK(bench.sample().delay_us == 65535);
 }
 
 TEST(a_force_older_than_the_watchdogs_time_is_refused_and_counted) {
   for (int age : {-1, 0, kWatchdogPeriods, kWatchdogPeriods + 1, 300, 3000}) {
     Bench bench;
-    bench.say(protocol::Stream{1, 0});
+    bench.receive(protocol::Stream{1, 0});
     bench.periods(5);
-    bench.say(force(bench, 1.0f));
+    bench.receive(force(bench, 1.0f));
     const int16_t before = fake::pwm;
     const bool stale = age < 0 || age > kWatchdogPeriods;
     for (uint8_t count = 1; count <= 10; ++count) {
-      bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - age), 0, -2.0f});
+      bench.receive(protocol::Force{static_cast<uint16_t>(bench.seq() - age), 0, -2.0f});
       CHECK((fake::pwm == before) == stale);
       const auto sample = bench.sample();
       CHECK(sample.stale == (stale ? count : 0) && (sample.delay_us == 65535 || !stale || sample.delay_us == 0));
@@ -108,52 +108,52 @@ TEST(a_force_older_than_the_watchdogs_time_is_refused_and_counted) {
 TEST(a_zero_force_is_never_too_old) {
   for (float nothing : {0.0f, -0.0f}) {
     Bench bench;
-    bench.say(protocol::Stream{1, 0});
-    bench.say(force(bench, 1.0f));
+    bench.receive(protocol::Stream{1, 0});
+    bench.receive(force(bench, 1.0f));
     CHECK(fake::pwm > 0);
-    bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 3000), 0, nothing});
+    bench.receive(protocol::Force{static_cast<uint16_t>(bench.seq() - 3000), 0, nothing});
     CHECK(fake::pwm == 0 && bench.sample().stale == 0);
   }
 }
 
 TEST(a_clamped_force_sets_the_flag) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 99.0f));
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 99.0f));
   CHECK(fake::pwm == 255);
   CHECK(bench.sample().flags == protocol::kFlagClamped);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(bench.sample().flags == 0);
 }
 
 TEST(a_nan_force_switches_the_motor_off_at_once) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 1.0f));
-  bench.say(force(bench, std::nanf("")));
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 1.0f));
+  bench.receive(force(bench, std::nanf("")));
   CHECK(fake::pwm == 0);
   CHECK(bench.sample().flags == protocol::kFlagRefused);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(silence_switches_the_motor_off_within_the_watchdog_time) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 1.0f));
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 1.0f));
   bench.periods(kWatchdogPeriods - 1);
   CHECK(fake::pwm > 0);
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
   CHECK(fake::pwm == 0);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);  // the force continues without a further command
   CHECK(bench.sample().flags == 0);
 }
 
 TEST(refused_and_damaged_commands_do_not_feed_the_watchdog) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 1.0f));
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
   std::vector<uint8_t> damaged = fake::frame_of(fake::body_of(force(bench, 1.5f)));
   damaged[2] ^= 0x40;
@@ -170,9 +170,9 @@ TEST(refused_and_damaged_commands_do_not_feed_the_watchdog) {
 
 TEST(commands_in_time_keep_the_motor_on) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   for (int i = 0; i < 10; ++i) {
-    bench.say(force(bench, 1.0f));
+    bench.receive(force(bench, 1.0f));
     bench.periods(kWatchdogPeriods - 1);
     CHECK(fake::pwm > 0);
   }
@@ -180,42 +180,42 @@ TEST(commands_in_time_keep_the_motor_on) {
 
 TEST(stop_latches_until_release) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 1.0f));
-  bench.say(protocol::Stop{});
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 1.0f));
+  bench.receive(protocol::Stop{});
   CHECK(fake::pwm == 0);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm == 0);
   CHECK(bench.sample().flags & protocol::kFlagStopped);
-  bench.say(protocol::Release{});
+  bench.receive(protocol::Release{});
   CHECK(fake::pwm == 0);  // only a new command switches the motor on
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(a_command_before_the_stream_starts_is_ignored) {
   Bench bench;
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm == 0);
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(stream_off_switches_the_motor_off) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
-  bench.say(force(bench, 1.0f));
+  bench.receive(protocol::Stream{1, 0});
+  bench.receive(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
-  bench.say(protocol::Stream{0, 0});
+  bench.receive(protocol::Stream{0, 0});
   CHECK(fake::pwm == 0);
 }
 
 TEST(messages_of_wrong_size_or_id_are_ignored) {
   Bench bench;
-  bench.say(force(bench, 1.0f));
+  bench.receive(force(bench, 1.0f));
   const int16_t before = fake::pwm;
   bench.say_bytes(fake::frame_of({protocol::Force::kId, 1, 2, 3}));
   bench.say_bytes(fake::frame_of({protocol::Stream::kId}));
@@ -227,7 +227,7 @@ TEST(messages_of_wrong_size_or_id_are_ignored) {
 
 TEST(an_overrun_is_reported_once) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   CHECK(bench.sample(500, true).flags & protocol::kFlagOverrun);
   CHECK(!(bench.sample().flags & protocol::kFlagOverrun));
   fake::room = 5;
@@ -240,7 +240,7 @@ TEST(an_overrun_is_reported_once) {
 
 TEST(lost_bytes_are_reported) {
   Bench bench;
-  bench.say(protocol::Stream{1, 0});
+  bench.receive(protocol::Stream{1, 0});
   fake::lost = 7;
   CHECK(bench.sample().rx_errors == 7);
 }

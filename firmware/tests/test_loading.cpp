@@ -14,57 +14,57 @@ Law long_law(std::size_t bytes) {
   return law;
 }
 
-protocol::Sample told(Rendering& board) { return board.sample(kStill); }
+protocol::Sample status(Rendering& board) { return board.sample(kStill); }
 
-Refusal refusal(Rendering& board) { return static_cast<Refusal>(told(board).refusal); }
+Refusal refusal(Rendering& board) { return static_cast<Refusal>(status(board).refusal); }
 
 }  // namespace
 
 TEST(samples_report_the_received_bytes_of_a_law) {
   Rendering board;
   const Law law = long_law(100);
-  auto sample = told(board);
+  auto sample = status(board);
   CHECK(sample.generation == 0 && sample.received == 0 && sample.refusal == 0);
-  board.say(head_of(law, 7, at(1000)));
-  CHECK(told(board).generation == 7);
+  board.receive(head_of(law, 7, at(1000)));
+  CHECK(status(board).generation == 7);
   for (uint16_t from = 0; from < 96; from += protocol::kPiece) {
-    sample = told(board);
+    sample = status(board);
     CHECK(sample.generation == 7 && sample.received == from);
-    board.say(piece_of(law, 7, from));
+    board.receive(piece_of(law, 7, from));
   }
-  CHECK(told(board).received == 96);
-  board.say(piece_of(law, 7, 96));
+  CHECK(status(board).received == 96);
+  board.receive(piece_of(law, 7, 96));
   CHECK(board.shown().generation == 7);
 }
 
 TEST(only_pieces_of_the_announced_law_are_accepted_in_order) {
   Rendering board;
   const Law law = long_law(100);
-  board.say(piece_of(law, 7, 0));  // this law was not announced
-  board.say(head_of(law, 7, at(1000)));
-  CHECK(told(board).received == 0);
-  board.say(piece_of(law, 7, 32));
-  board.say(piece_of(law, 6, 0));
-  CHECK(told(board).received == 0);
-  board.say(piece_of(law, 7, 0));
-  board.say(piece_of(law, 7, 0));
-  board.say(piece_of(law, 7, 64));
-  CHECK(told(board).received == 32);
-  board.say(head_of(law, 7, at(1000)));  // the law is announced again, and nothing is lost
-  CHECK(told(board).received == 32);
-  for (uint16_t from : {32, 64, 96}) board.say(piece_of(law, 7, from));
+  board.receive(piece_of(law, 7, 0));  // this law was not announced
+  board.receive(head_of(law, 7, at(1000)));
+  CHECK(status(board).received == 0);
+  board.receive(piece_of(law, 7, 32));
+  board.receive(piece_of(law, 6, 0));
+  CHECK(status(board).received == 0);
+  board.receive(piece_of(law, 7, 0));
+  board.receive(piece_of(law, 7, 0));
+  board.receive(piece_of(law, 7, 64));
+  CHECK(status(board).received == 32);
+  board.receive(head_of(law, 7, at(1000)));  // the law is announced again, and nothing is lost
+  CHECK(status(board).received == 32);
+  for (uint16_t from : {32, 64, 96}) board.receive(piece_of(law, 7, from));
   CHECK(board.shown().generation == 7);
 }
 
 TEST(a_damaged_law_is_requested_again) {
   Rendering board;
   const Law law = long_law(60);
-  board.say(head_of(law, 7, at(1000)));
+  board.receive(head_of(law, 7, at(1000)));
   auto wrong = piece_of(law, 7, 32);
   wrong.data[3] ^= 4;
-  board.say(piece_of(law, 7, 0));
-  board.say(wrong);
-  const auto sample = told(board);
+  board.receive(piece_of(law, 7, 0));
+  board.receive(wrong);
+  const auto sample = status(board);
   CHECK(sample.received == 0 && sample.refusal == 0 && sample.generation == 7);
   board.send(law, 7);
   CHECK(board.shown().generation == 7);
@@ -96,21 +96,21 @@ TEST(a_law_that_is_too_large_is_refused_at_once) {
     if (which == 2) bad.slots = 255;
     if (which == 3) bad.given = 2;  // there are more given values than slots
     if (which == 4) bad.states = 2;
-    board.say(bad);
-    const auto sample = told(board);
+    board.receive(bad);
+    const auto sample = status(board);
     CHECK(sample.generation == 7 && sample.refusal == static_cast<uint8_t>(Refusal::kTooLarge));
     board.send(law, 7);
-    CHECK(told(board).received == 0);
+    CHECK(status(board).received == 0);
   }
 }
 
 TEST(the_largest_law_leaves_memory_for_ramps) {
   Rendering board;
   const std::size_t most = machine::kArena - 4 * (kFirst + 1) - machine::kRamps * machine::kRamp;
-  board.say(head_of(long_law(most + 4 + 1), 7, at(500)));
+  board.receive(head_of(long_law(most + 4 + 1), 7, at(500)));
   CHECK(refusal(board) == Refusal::kTooLarge);
   const Law law = long_law(most + 4);
-  board.say(head_of(law, 8, at(500)));
+  board.receive(head_of(law, 8, at(500)));
   CHECK(refusal(board) == Refusal::kNone);
   board.send(law, 8);
   board.alive(4);
@@ -123,7 +123,7 @@ TEST(unsupported_rates_and_estimators_are_refused_at_once) {
                                    {2000, 2, 0.5f, 2000}, {2000, 2, -0.1f, 0}};
   for (const auto& loop : loops) {
     Rendering board;
-    board.say(head_of(spring(100), 7, loop));
+    board.receive(head_of(spring(100), 7, loop));
     CHECK(refusal(board) == Refusal::kRate);
   }
 }
@@ -164,16 +164,16 @@ TEST(leave_or_a_kit_change_cancels_the_transfer_of_a_law) {
   for (bool kit : {false, true}) {
     Rendering board;
     const Law law = long_law(100);
-    board.say(head_of(law, 7, at(1000)));
-    board.say(piece_of(law, 7, 0));
+    board.receive(head_of(law, 7, at(1000)));
+    board.receive(piece_of(law, 7, 0));
     if (kit) {
-      board.say(settings::now());
+      board.receive(settings::now());
       board.period(kStill);
     } else {
-      board.say(protocol::Leave{});
+      board.receive(protocol::Leave{});
     }
-    for (uint16_t from : {32, 64, 96}) board.say(piece_of(law, 7, from));
-    const auto sample = told(board);
+    for (uint16_t from : {32, 64, 96}) board.receive(piece_of(law, 7, from));
+    const auto sample = status(board);
     CHECK(sample.generation == 7 && sample.received == 32);
     board.change(law, 8);
     CHECK(board.shown().generation == 8);
@@ -183,9 +183,9 @@ TEST(leave_or_a_kit_change_cancels_the_transfer_of_a_law) {
 TEST(the_computer_renders_until_the_law_is_complete) {
   Rendering board;
   const Law law = spring(200);
-  board.say(head_of(law, 7, at(1000)));
+  board.receive(head_of(law, 7, at(1000)));
   for (int i = 0; i < 40; ++i) {
-    board.say(protocol::Force{board.seq(), 0, 1.0f});
+    board.receive(protocol::Force{board.seq(), 0, 1.0f});
     board.period(kStill);
     CHECK(fake::pwm > 0);
   }

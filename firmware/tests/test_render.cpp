@@ -19,7 +19,7 @@ TEST(the_force_fades_in_over_30_ms) {
     board.period(kStill);  // this period still takes a millisecond
     const int ticks = kFadeMs * 2000 / at(rate).period;
     for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
-      board.say(protocol::Alive{});
+      board.receive(protocol::Alive{});
       board.tick(kStill);
       const double force = pull(400, kStill) * tick * at(rate).period / (kFadeMs * 2000.0);
       const double pwm = 255.0 * std::sqrt(-force * 0.090 * 0.005 / 0.074 / 0.0183);
@@ -45,7 +45,7 @@ TEST(a_law_fades_out_before_the_next_one_starts) {
   Rendering board(spring(200));
   board.alive(2 * kFadeMs);
   const int16_t full = fake::pwm;
-  board.say(head_of(spring(-200), 2, at(2000)));
+  board.receive(head_of(spring(-200), 2, at(2000)));
   int before = std::abs(full);
   for (int ms = 1; ms <= kFadeMs; ++ms) {
     const auto shown = board.shown();
@@ -64,7 +64,7 @@ TEST(constants_ramp_over_30_ms_in_steps_of_2_ms) {
   Rendering board(spring(100));
   board.alive(2 * kFadeMs);
   const int count = board.shown().count;
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));
   for (int ms = 0; ms < kFadeMs; ++ms) {
     const auto shown = board.shown();
     CHECK_NEAR(shown.asked, pull(100.0 + 300.0 * (ms - ms % 2) / kFadeMs, count), 1e-4);
@@ -76,7 +76,7 @@ TEST(constants_ramp_over_30_ms_in_steps_of_2_ms) {
 TEST(constants_ramp_as_fast_at_a_slow_rate) {
   Rendering board(spring(100), 500);
   board.alive(2 * kFadeMs);
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));
   for (int periods = 0; periods < kFadeMs / 2; ++periods) {
     CHECK_NEAR(machine::slots()[kFirst], -100.0 - 300.0 * periods / (kFadeMs / 2), 1e-3);
     board.shown();
@@ -86,14 +86,14 @@ TEST(constants_ramp_as_fast_at_a_slow_rate) {
 
 TEST(a_ramp_changes_to_the_newest_target) {
   Rendering board(spring(100));
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));
   board.alive(10);
   const float there = machine::slots()[kFirst];
   CHECK_NEAR(there, -200.0f, 1e-3);
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // the change is sent again, and the ramp continues
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));  // the change is sent again, and the ramp continues
   board.alive(2);
   CHECK_NEAR(machine::slots()[kFirst], -220.0f, 1e-3);
-  board.say(tune(1, 3, {{kFirst, 80.0f}}));
+  board.receive(tune(1, 3, {{kFirst, 80.0f}}));
   board.alive(kFadeMs / 2);
   CHECK_NEAR(machine::slots()[kFirst], (-220.0f + 80.0f) / 2, 15.0f);
   board.alive(kFadeMs / 2);
@@ -117,7 +117,7 @@ TEST(a_change_without_free_ramps_is_not_acknowledged) {
       one.slots[one.count] = kFirst + first + i;
       one.values[one.count++] = 2.0f;
     }
-    board.say(one);
+    board.receive(one);
     if (moving + one.count > room) break;
     moving += one.count;
     CHECK(board.shown().generation == ++generation);
@@ -126,27 +126,27 @@ TEST(a_change_without_free_ramps_is_not_acknowledged) {
   CHECK(board.shown().generation == generation);  // the message is ignored as a whole
   board.alive(kFadeMs + 2);
   for (int i = 0; i < kMoving; ++i) CHECK(machine::slots()[kFirst + i] == (i < moving ? 2.0f : 1.0f));
-  board.say(tune(1, static_cast<uint8_t>(generation + 1), {{static_cast<uint8_t>(kFirst + moving), 2.0f}}));
+  board.receive(tune(1, static_cast<uint8_t>(generation + 1), {{static_cast<uint8_t>(kFirst + moving), 2.0f}}));
   CHECK(board.shown().generation == generation + 1);
 }
 
 TEST(changes_of_a_different_law_are_ignored) {
   Rendering board(spring(100));
-  board.say(tune(2, 3, {{kFirst, -400.0f}}));
+  board.receive(tune(2, 3, {{kFirst, -400.0f}}));
   CHECK(board.shown().generation == 1);
-  board.say(protocol::Leave{});
+  board.receive(protocol::Leave{});
   board.alive(2 * kFadeMs);
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));
   board.alive(2 * kFadeMs);
   CHECK(machine::slots()[kFirst] == -100.0f);
 }
 
 TEST(ramps_end_with_their_law) {
   Rendering board(spring(100));
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.receive(tune(1, 2, {{kFirst, -400.0f}}));
   board.alive(4);
-  board.say(protocol::Leave{});
-  board.say(protocol::Leave{});
+  board.receive(protocol::Leave{});
+  board.receive(protocol::Leave{});
   std::memset(machine::arena, 0xa5, sizeof(machine::arena));
   board.alive(2 * kFadeMs);
   for (uint8_t byte : machine::arena) CHECK(byte == 0xa5);
@@ -161,7 +161,7 @@ TEST(an_invalid_change_switches_the_motor_off_until_the_next_law) {
     Rendering board(law);
     board.alive(2 * kFadeMs);
     CHECK(fake::pwm > 0);
-    board.say(tune(1, 2, {{kFirst + 3, 2.0f}, {slot, value}}));
+    board.receive(tune(1, 2, {{kFirst + 3, 2.0f}, {slot, value}}));
     CHECK(fake::pwm == 0 && machine::slots()[kFirst + 3] == 1.0f);
     const auto shown = board.shown();
     CHECK((shown.flags & protocol::kFlagRefused) && shown.generation == 1 && shown.asked == 0.0f);
@@ -177,7 +177,7 @@ TEST(a_non_finite_force_ends_the_law) {
   Law law = spring(3e38);
   law.code.insert(law.code.end() - 1, {machine::kMultiply, kFirst});
   Rendering board;
-  board.say(head_of(law, 1, at(1000)));
+  board.receive(head_of(law, 1, at(1000)));
   board.send(law, 1);
   const auto shown = board.shown();
   CHECK(!std::isfinite(shown.asked) && (shown.flags & protocol::kFlagRefused) && fake::pwm == 0);
@@ -191,15 +191,15 @@ TEST(after_leave_the_motor_is_off_until_the_computers_first_force) {
   Rendering board(spring(300), 4000);
   board.alive(200);
   const int16_t full = fake::pwm;
-  board.say(protocol::Leave{});
+  board.receive(protocol::Leave{});
   board.alive(kFadeMs * 2);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) < std::abs(full));
   board.alive(kFadeMs * 2 + 3);
   CHECK(fake::pwm == 0 && fake::ticks == board::kTicksPerMs);
-  board.say(protocol::Alive{});
+  board.receive(protocol::Alive{});
   board.period(kStill);
   CHECK(fake::pwm == 0);
-  board.say(protocol::Force{board.seq(), 0, 1.0f});
+  board.receive(protocol::Force{board.seq(), 0, 1.0f});
   CHECK(fake::pwm > 0);
   board.sample(kStill);
 }
@@ -207,10 +207,10 @@ TEST(after_leave_the_motor_is_off_until_the_computers_first_force) {
 TEST(a_second_leave_switches_the_motor_off_at_once) {
   Rendering board(spring(300));
   board.alive(200);
-  board.say(protocol::Leave{});
+  board.receive(protocol::Leave{});
   board.shown();
   CHECK(fake::pwm != 0);
-  board.say(protocol::Leave{});
+  board.receive(protocol::Leave{});
   CHECK(fake::pwm == 0);
   board.sample(kStill);
 }
@@ -241,7 +241,7 @@ TEST(the_velocity_is_in_metres_per_second_at_every_rate_and_after_a_change) {
     int count = kStill;
     for (int i = 0; i < 40; ++i) {
       count += 3;
-      board.say(protocol::Alive{});
+      board.receive(protocol::Alive{});
       board.period(raw_of(count));
     }
     protocol::Telemetry shown{};
@@ -255,7 +255,7 @@ TEST(ramps_take_20_to_45_ms_at_every_rate) {
   for (int rate : {500, 700, 900, 1000, 1100, 1600, 3400, 4000}) {
     Rendering board(spring(100), rate);
     board.alive(60 * rate / 1000);
-    board.say(tune(1, 9, {{kFirst, -300.0f}}));
+    board.receive(tune(1, 9, {{kFirst, -300.0f}}));
     board.alive(20 * rate / 1000);
     CHECK(machine::slots()[kFirst] < -120.0f && machine::slots()[kFirst] > -300.0f);
     board.alive(25 * rate / 1000 + 4);
@@ -289,7 +289,7 @@ TEST(skipped_ticks_and_the_mean_delay_are_reported) {
 TEST(a_frame_missed_by_the_main_program_is_reported) {
   Rendering board(spring(100));
   board.alive(40);
-  board.say(protocol::Alive{});
+  board.receive(protocol::Alive{});
   board.tick(kStill);
   board.tick(kStill);
   fake::sent.clear();

@@ -12,8 +12,8 @@ TEST(silence_switches_the_motor_off_within_25_ms_and_a_message_fades_it_in) {
     for (int words = 0; words < 2; ++words) {
       Rendering board(spring(300), rate);
       board.alive(60 * rate / 1000);
-      if (words == 0) board.say(protocol::Alive{});
-      if (words == 1) board.say(protocol::Force{0, 0, 1.0f});
+      if (words == 0) board.receive(protocol::Alive{});
+      if (words == 1) board.receive(protocol::Force{0, 0, 1.0f});
       int ticks = 0;
       for (; fake::pwm != 0 && ticks < 1000; ++ticks) board.tick(kStill);
       // the message arrived at some time in the period before the first of these ticks
@@ -22,7 +22,7 @@ TEST(silence_switches_the_motor_off_within_25_ms_and_a_message_fades_it_in) {
       fake::sent.clear();
       board.period(kStill);
       for (int wait = 0; fake::sent.empty() && wait < 4; ++wait) board.period(kStill);
-      board.say(protocol::Alive{});
+      board.receive(protocol::Alive{});
       board.tick(kStill);
       const int16_t faint = fake::pwm;
       board.alive(60 * rate / 1000);
@@ -35,12 +35,12 @@ TEST(the_force_fades_in_after_stop_and_release) {
   Rendering board(spring(300));
   board.alive(60);
   const int16_t full = fake::pwm;
-  board.say(protocol::Stop{});
+  board.receive(protocol::Stop{});
   CHECK(fake::pwm == 0);
   board.alive(60);
   CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagStopped));
-  board.say(protocol::Release{});
-  board.say(protocol::Alive{});  // sent before the first tick after the end of the stop
+  board.receive(protocol::Release{});
+  board.receive(protocol::Alive{});  // sent before the first tick after the end of the stop
   board.tick(kStill);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) * 2 < std::abs(full));
   board.alive(60);
@@ -53,18 +53,18 @@ TEST(over_speed_latches_until_release) {
     board.alive(60);
     const int fastest = static_cast<int>(5.0 / kQuantum / 1000.0 * (over ? 1.01 : 0.99));  // counts in a ms
     int count = kStill;
-    bool told = false;
+    bool reported = false;
     for (int tenths = 0; tenths <= 10; ++tenths) {
       const int step = fastest * tenths / 10;
       count += step;
-      told = told || (board.shown(raw_of(count)).flags & protocol::kFlagOverSpeed);
-      if (step < fastest * 0.95) CHECK(!told);
+      reported = reported || (board.shown(raw_of(count)).flags & protocol::kFlagOverSpeed);
+      if (step < fastest * 0.95) CHECK(!reported);
     }
-    CHECK(told == over);
+    CHECK(reported == over);
     for (int step = fastest; step > 0; step -= fastest / 10) board.shown(raw_of(count += step));
     board.alive(60, raw_of(count));
     CHECK((fake::pwm == 0) == over);
-    board.say(protocol::Release{});
+    board.receive(protocol::Release{});
     board.alive(60, raw_of(count));
     CHECK(fake::pwm != 0 && !(board.shown(raw_of(count)).flags & protocol::kFlagOverSpeed));
   }
@@ -95,7 +95,7 @@ TEST(a_change_of_zero_or_sense_is_not_measured_as_speed) {
       fake::let_go = [&] {
         for (int i = 0; i < ticks; ++i) board.tick(kStill);
       };
-      board.say(kit);
+      board.receive(kit);
       board.periods(3, kStill);
       board.change(spring(20), 2);
       board.alive(60);

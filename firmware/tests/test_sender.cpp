@@ -70,8 +70,8 @@ TEST(every_message_is_padded_to_every_multiple_that_fits) {
 TEST(the_stream_message_switches_padding) {
   Bench bench;
   for (const uint8_t multiple : {62, 0, 61}) {
-    bench.say(protocol::Stream{1, multiple});
-    bench.say(protocol::HelloRequest{});
+    bench.receive(protocol::Stream{1, multiple});
+    bench.receive(protocol::HelloRequest{});
     fake::sent.clear();
     bench.period();
     const std::size_t sample = fake::frame_of(fake::body_of(protocol::Sample{})).size();

@@ -57,7 +57,7 @@ struct board {
 	bool quit, frozen;
 	// number of bytes sent since the cable was plugged in, as reported by the computer; negative without a
 	// report
-	double told;
+	double announced;
 	// the cable behaves like a real one: opening the port resets the board, and baud rates must agree
 	bool adapter;
 	// simavr's function, which it replaces by a reset when the watchdog expires

@@ -106,7 +106,7 @@ static void status(struct call *c)
 
 static void go(struct call *c)
 {
-	c->board->told = c->number[0];
+	c->board->announced = c->number[0];
 }
 
 static void quit(struct call *c)

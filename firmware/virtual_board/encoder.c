@@ -25,7 +25,7 @@ static void drive(struct board *b)
 }
 
 // Return the number of cycles until the next check. The handle cannot reach the next edge in this time.
-static avr_cycle_count_t next_look(const struct board *b)
+static avr_cycle_count_t next_check(const struct board *b)
 {
 	double counts = b->plant.x / b->sensor.metres_per_count + b->sensor.magnet;
 	double away = fmin(counts - floor(counts), 1.0 - (counts - floor(counts)));
@@ -33,7 +33,7 @@ static avr_cycle_count_t next_look(const struct board *b)
 	return (avr_cycle_count_t)fmax(SHORTEST, fmin(LONGEST, 0.5 * seconds * FREQUENCY));
 }
 
-static avr_cycle_count_t look(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t check(avr_t *avr, avr_cycle_count_t when, void *param)
 {
 	struct board *b = param;
 	(void)avr;
@@ -42,15 +42,15 @@ static avr_cycle_count_t look(avr_t *avr, avr_cycle_count_t when, void *param)
 	if (now != b->steps && b->misreading.stuck == 0.0) {
 		b->steps += now > b->steps ? 1 : -1;
 		drive(b);
-		return when + (now == b->steps ? next_look(b) : 16 * SHORTEST);
+		return when + (now == b->steps ? next_check(b) : 16 * SHORTEST);
 	}
-	return when + next_look(b);
+	return when + next_check(b);
 }
 
 void encoder_reset(struct board *b)
 {
 	b->steps = sensor_count(&b->sensor, b->plant.x);
 	drive(b);
-	avr_cycle_timer_cancel(b->avr, look, b);
-	avr_cycle_timer_register(b->avr, SHORTEST, look, b);
+	avr_cycle_timer_cancel(b->avr, check, b);
+	avr_cycle_timer_register(b->avr, SHORTEST, check, b);
 }

@@ -14,7 +14,7 @@
 // shorter than the 25 ms after which the firmware switches the motor off.
 #define IDLE_GRANT 20e-3
 // Time [s] between checks for events that cause no notification (port opened, port closed, end of a freeze).
-#define LOOK 5e-3
+#define POLL_PERIOD 5e-3
 
 volatile sig_atomic_t run_ended;
 
@@ -79,13 +79,13 @@ static void sleep_until(struct run *r, double deadline)
 static void stay_frozen(struct run *r)
 {
 	while (r->board->frozen && !over(r))
-		wait_for_events(r, LOOK);
+		wait_for_events(r, POLL_PERIOD);
 }
 
 static void run_paced(struct run *r)
 {
 	const double slice = r->options->slice;
-	double deadline = clock_now(), look = deadline;
+	double deadline = clock_now(), next_poll = deadline;
 	avr_cycle_count_t end = r->board->avr->cycle;
 	while (!over(r)) {
 		sleep_until(r, deadline);
@@ -95,9 +95,9 @@ static void run_paced(struct run *r)
 			r->slipped += late;
 			deadline = now;
 		}
-		if (late > 0.5 * slice || now > look) {
+		if (late > 0.5 * slice || now > next_poll) {
 			link_fetch(&r->board->link);  // otherwise sleep_until has done this already
-			look = now + LOOK;
+			next_poll = now + POLL_PERIOD;
 		}
 		link_admit(&r->board->link);
 		end += cycles(slice);
@@ -128,7 +128,7 @@ static void wait_for_answer(struct run *r)
 			r->unanswered++;
 			return;
 		}
-		wait_for_events(r, LOOK);
+		wait_for_events(r, POLL_PERIOD);
 		link_fetch(l);
 		if (l->opened && !l->open)
 			return;
@@ -154,9 +154,9 @@ static void run_lockstep(struct run *r)
 	}
 }
 
-static bool more_to_come(const struct link *l, double told)
+static bool more_to_come(const struct link *l, double announced)
 {
-	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < told;
+	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < announced;
 }
 
 // Tell the computer the board time and the number of bytes to read; then wait until the computer reports the
@@ -165,11 +165,11 @@ static bool more_to_come(const struct link *l, double told)
 static void wait_for_turn(struct run *r)
 {
 	struct board *b = r->board;
-	b->told = -1.0;
+	b->announced = -1.0;
 	printf("turn %.9f %llu\n", board_seconds(b), (unsigned long long)b->link.handed);
 	fflush(stdout);
-	while (!over(r) && (b->told < 0.0 || more_to_come(&b->link, b->told))) {
-		wait_for_events(r, LOOK);
+	while (!over(r) && (b->announced < 0.0 || more_to_come(&b->link, b->announced))) {
+		wait_for_events(r, POLL_PERIOD);
 		link_fetch(&b->link);  // a port that was just opened is not polled yet
 	}
 	link_admit(&b->link);

@@ -206,9 +206,9 @@ def test_the_remaining_time_ignores_earlier_results(monkeypatch, capsys):
     now = itertools.chain([0.0, 0.0, 10.0]).__next__
     monkeypatch.setattr(base.time, "monotonic", now)
     monkeypatch.setattr(base.sys.stderr, "isatty", lambda: True, raising=False)
-    say = base.progress_line("rows")
-    say(600, 1000)
-    say(700, 1000)
+    show = base.progress_line("rows")
+    show(600, 1000)
+    show(700, 1000)
     assert capsys.readouterr().err.strip() == f"rows: {'█' * 14}{'░' * 6} 700 of 1,000, 30 s left"
 
 

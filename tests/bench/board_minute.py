@@ -42,9 +42,9 @@ def main(seconds: float) -> None:
     timer, trips = keep_busy(window), RoundTrips(window)
     if window.studio.waits_for_render:
         window.studio.release_stop()
-    look = QTimer(window, interval=500)
-    look.timeout.connect(trips.read)
-    look.start()
+    timer = QTimer(window, interval=500)
+    timer.timeout.connect(trips.read)
+    timer.start()
     begin, first = time.perf_counter(), engine.health().link.lost_frames
     start = window.live.last[rows.TICK]
     QTimer.singleShot(int(1000 * seconds), application.quit)

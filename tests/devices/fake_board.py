@@ -50,7 +50,7 @@ class FakeBoard:
         self._thread = threading.Thread(target=self._run, name="fake board", daemon=True)
         self._thread.start()
 
-    def say(self, data):
+    def send(self, data):
         """Send bytes that the computer has not requested."""
         os.write(self._master, data)
 

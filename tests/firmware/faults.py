@@ -239,11 +239,11 @@ class Session:
     def connect(self, hold: float) -> np.ndarray:
         """Render until the connection or the board's time ends; return the rows."""
         r, conn = self.harness.r, link.new_link(QUANTUM)
-        self.turns.say(encode(Stream(0, 0)) + encode(Release()))
+        self.turns.send(encode(Stream(0, 0)) + encode(Release()))
         if self.board:
             self.offer(conn)
         arrays.restart(r, hold)
-        self.turns.say(encode(Stream(1, 0)))
+        self.turns.send(encode(Stream(1, 0)))
         serial_loop.run(r, conn, self.out, self.late, self.turns.fd)
         self.bad_frames = int(conn.reader[codec.BAD_FRAMES])
         self.rx_errors = int(conn.samples[0, codec.RX_ERRORS])

@@ -62,8 +62,8 @@ class Talk:
         self.heard += new
         return new
 
-    def say(self, *messages) -> None:
-        self.turns.say(b"".join(map(encode, messages)))
+    def send(self, *messages) -> None:
+        self.turns.send(b"".join(map(encode, messages)))
 
     def of(self, kind) -> list:
         return [m for m in self.heard if isinstance(m, kind)]
@@ -79,9 +79,9 @@ class Talk:
                     return
                 if known and isinstance(message, Sample):
                     assert not message.refusal
-                    self.say(piece(law, generation, message.received))
+                    self.send(piece(law, generation, message.received))
             if turn % 5 == 0:
-                self.say(*(() if known else (head,)), HelloRequest(), SettingsRequest(), Alive())
+                self.send(*(() if known else (head,)), HelloRequest(), SettingsRequest(), Alive())
         raise AssertionError("the law never began")
 
     def run(self, law: Program, generation: int, seconds: float) -> None:
@@ -93,10 +93,10 @@ class Talk:
             self.turn()
             change += 1
             slots, targets = (*moves, *[0] * TUNED)[:TUNED], (*values, *[0.0] * TUNED)[:TUNED]
-            self.say(Tune(generation, 128 + change % 100, len(moves), slots, targets))
-            self.say(HelloRequest(), SettingsRequest(), Alive())
+            self.send(Tune(generation, 128 + change % 100, len(moves), slots, targets))
+            self.send(HelloRequest(), SettingsRequest(), Alive())
             if change % 7 == 0:
-                self.say(Stop(), Release(), Alive())
+                self.send(Stop(), Release(), Alive())
 
 
 # --- the stack
@@ -125,13 +125,13 @@ def test_stack_use_is_within_the_builds_assumption(tmp_path, sensor):
     turns = Turns(tmp_path, TO_AND_FRO, (*kits.options(kit, memory), *noise))
     talk = Talk(turns)
     room = turns.ask(HelloRequest(), Hello).arena
-    talk.say(Stream(1, 0))
+    talk.send(Stream(1, 0))
     for generation, (key, given, rate) in enumerate(DEEP, 1):
         environment = environments.named(key)
         law = program(environment, environment.values(given), rate, room)
         talk.load(law, rate, generation)
         talk.run(law, generation, 0.1)
-        talk.say(Leave(), Leave(), kit, Save())
+        talk.send(Leave(), Leave(), kit, Save())
     summary = turns.end()
     stack = TOP - summary["lowest_stack"]
     assert 200 < stack <= stack_counted()
@@ -162,7 +162,7 @@ def long_law():
 def test_a_law_with_a_long_verification_starts(tmp_path):
     turns = Turns(tmp_path, ())
     talk = Talk(turns)
-    talk.say(Stream(1, 0))
+    talk.send(Stream(1, 0))
     talk.load(long_law(), 500, 1)
     turns.end()
     times = np.array([m.time_us for m in talk.heard if isinstance(m, Sample | Telemetry)]) * 1e-6
@@ -225,12 +225,12 @@ def flood(turns: Turns, kit) -> Talk:
     """Keep the line to a board full; return the computer's side with the board's messages."""
     frames = talk(turns.ask(HelloRequest(), Hello).arena, kit)
     line, now, owed = Talk(turns), turns.time, AHEAD
-    line.say(Stream(1, 0))
+    line.send(Stream(1, 0))
     end = now + SECONDS
     while now < end:
         while owed > 0:
             frame = next(frames)
-            turns.say(frame)
+            turns.send(frame)
             owed -= len(frame)
         line.turn()
         owed += share(now) * BYTES * (turns.time - now)
@@ -277,9 +277,9 @@ def test_a_hang_switches_the_motor_off_within_25_ms(tmp_path, where):
     assert built.returncode == 0, built.stderr
     turns = Turns(tmp_path, (), ("--await", str(Sample.ID)), tmp_path / "hapkit.elf")
     line = Talk(turns)
-    line.say(Stream(1, 0))
+    line.send(Stream(1, 0))
     while turns.time < HANGS_AT + 0.06:
-        line.say(*(Force(m.seq, 0, 1.0) for m in line.turn() if isinstance(m, Sample)))
+        line.send(*(Force(m.seq, 0, 1.0) for m in line.turn() if isinstance(m, Sample)))
     turns.end()
     rows = truth(turns.log)
     before = (rows.time > HANGS_AT - 0.05) & (rows.time < HANGS_AT)

@@ -159,7 +159,7 @@ def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(sta
 
     TXC0 requests an interrupt while it is set. The interrupt clears it, and so does writing a one to it.
     """
-    board, host = start("pairs", "--fast", LOOK=1)
+    board, host = start("pairs", "--fast", WAIT=1)
     found = host.read(9)
     gone, served, inside, behind, cleared = found[4:]
     assert found[:4] == b"1234"
@@ -167,7 +167,7 @@ def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(sta
     assert served == 1
     assert (inside | behind | cleared) & TXC == 0
     assert json.loads(board.end())["overwritten"] == 0
-    board, host = start("pairs", "--fast", LOOK=0)
+    board, host = start("pairs", "--fast", WAIT=0)
     assert host.read(7)[:2] == b"13"
     assert json.loads(board.end())["overwritten"] == 2
 

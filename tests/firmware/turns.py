@@ -85,7 +85,7 @@ class Turns:
     def ask(self, message: Message, kind: type[Message]) -> Message:
         """Send a message before the loop runs; return the board's reply."""
         decoder, found = Decoder(), []
-        self.say(encode(message))
+        self.send(encode(message))
         while not found:
             self.turn()
             found = [m for m in decoder.feed(self.take(4096)) if isinstance(m, kind)]
@@ -140,12 +140,12 @@ class Turns:
 
     def write(self, _fd: int, address: int, size: int) -> int:
         try:
-            self.say(ctypes.string_at(address, size))
+            self.send(ctypes.string_at(address, size))
         except OSError:
             return -1
         return size
 
-    def say(self, data: bytes) -> None:
+    def send(self, data: bytes) -> None:
         """Send bytes to the board in its next turn."""
         self._write(data)
         self.sent.append((self.time, data))

@@ -114,7 +114,7 @@ class BoardSetup:
 
     def run(self, frames):
         """Send frames; return the resulting rows."""
-        return [row for _ in range(frames) for row in self.board.say(self.frame())]
+        return [row for _ in range(frames) for row in self.board.send(self.frame())]
 
     def until(self, true):
         """Send frames until a condition is true; return the rows."""

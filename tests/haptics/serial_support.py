@@ -30,7 +30,7 @@ def samples(*seqs):
 
 
 class SteppedBoard(HapkitBoard):
-    """A board that receives messages at once; ``say`` returns after the loop has answered the data.
+    """A board that receives messages at once; ``send`` returns after the loop has answered the data.
 
     The function answer(message) returns bytes that the board sends before its next data, or None.
     """
@@ -63,7 +63,7 @@ class SteppedBoard(HapkitBoard):
         """Store the loop's arrays and its reader."""
         self._loop, self._reader = (r, conn, out, late), engine.reader()
 
-    def say(self, data, late=0.0):
+    def send(self, data, late=0.0):
         """Let the loop handle a chunk; return its rows.
 
         By the loop's clock, the chunk arrives on time. If ``late`` is not 0, it arrives ``late`` s after the
@@ -78,7 +78,7 @@ class SteppedBoard(HapkitBoard):
 
     def say_one_by_one(self, frames):
         """Return the rows of frames that are sent as separate chunks."""
-        return np.concatenate([self.say(frame) for frame in frames])
+        return np.concatenate([self.send(frame) for frame in frames])
 
     def fall_silent(self):
         """Let the loop time out once, without its thread being late."""

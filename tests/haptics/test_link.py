@@ -64,7 +64,7 @@ def late(seq, by, **fields):
 def told_late(board, engine, by, most=300):
     """Send samples that report late forces, until a fault occurs; return their number."""
     for k in range(most):
-        board.say(late(100 + k, by))
+        board.send(late(100 + k, by))
         if engine.fault is not None:
             return k
     return most
@@ -79,7 +79,7 @@ def test_a_link_slower_than_the_watchdog_stops_the_force_with_a_message(stepped)
         == "Fault: a force came 34 ms after its sample; the board rejects forces older than 25 ms."
     )
     assert "Let the board render" in engine.fault.detail
-    assert board.say(sample(20_000))[-1, rows.APPLIED_FORCE] == 0.0
+    assert board.send(sample(20_000))[-1, rows.APPLIED_FORCE] == 0.0
 
 
 @pytest.mark.parametrize(("by", "added"), [(23, 0.0), (40, 0.02)])
@@ -90,7 +90,7 @@ def test_a_link_within_the_watchdog_time_is_accepted_and_added_delay_does_not_co
 def test_a_few_late_answers_are_not_a_slow_link(stepped):
     """After a pause, delayed bytes arrive together, and the delay becomes normal within milliseconds."""
     board, engine = stepped(environment=CONSTANT)
-    board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
+    board.send(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None
 
 
@@ -183,7 +183,7 @@ def test_a_clock_that_wraps_or_runs_on_while_the_computer_is_suspended_has_not_j
     state = engine.driver.conn.state
     state.clock_at -= 3.0
     state.clock_ahead -= 3.0  # the computer's and the board's clock have advanced by 3 s
-    found = board.say(at(10, begin + 3_010_000))
+    found = board.send(at(10, begin + 3_010_000))
     assert times(found) == [begin + 3_010_000]
     assert engine.clock_jumps == 0
 
@@ -200,7 +200,7 @@ def test_a_clock_that_jumps_three_times_latches_and_every_jump_counts(stepped):
     assert reasons == {"the board's clock jumped"}
     assert engine.clock_jumps == 3 * 5 + 2
     assert engine.fault.text == "Fault: the board's clock jumped, three times in 10 s."
-    assert not board.say(at(seq, clock))[:, rows.APPLIED_FORCE].any()
+    assert not board.send(at(seq, clock))[:, rows.APPLIED_FORCE].any()
 
 
 def test_telemetry_after_a_clock_jump_continues_at_its_own_rate(rendering):

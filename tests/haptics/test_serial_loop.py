@@ -26,7 +26,7 @@ from tests.waiting import PATIENCE, wait_until
 
 def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
     board, engine = stepped()
-    assert len(board.say(samples(0, 1, 2))) == 3
+    assert len(board.send(samples(0, 1, 2))) == 3
     assert [f.seq for f in board.messages(Force)] == [2]
     assert engine.health().missed == 2
 
@@ -49,9 +49,9 @@ def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always
     It counts the skipped samples.
     """
     board, engine = stepped(environment=CONSTANT)
-    board.say(sample(0, 1000))
+    board.send(sample(0, 1000))
     engine.arrays.tick.law_time = law_time
-    found = board.say(b"".join(sample(k, 1000 + 10 * k) for k in range(1, 11)))
+    found = board.send(b"".join(sample(k, 1000 + 10 * k) for k in range(1, 11)))
     assert len(found) == shown
     skipped = 10 - shown
     np.testing.assert_allclose(found[:, rows.PERIOD], [1e-3 * (1 + skipped), *[1e-3] * (shown - 1)])
@@ -66,7 +66,7 @@ def test_lost_and_broken_frames_are_counted(stepped):
     board, engine = stepped()
     broken = bytearray(sample(3))
     broken[4] ^= 0x55
-    out = board.say(samples(0, 1, 2) + bytes(broken) + sample(6, 1040))
+    out = board.send(samples(0, 1, 2) + bytes(broken) + sample(6, 1040))
     np.testing.assert_array_equal(out[:, rows.FLAGS].astype(int) & rows.GAP, [0, 0, 0, rows.GAP])
     assert out[3, rows.PERIOD] == pytest.approx(4e-3)
     assert out[3, rows.VELOCITY] == pytest.approx(40.0 * QUANTUM / 4e-3)
@@ -77,31 +77,31 @@ def test_lost_and_broken_frames_are_counted(stepped):
 
 def test_a_lost_answer_leaves_no_old_force_in_the_delay(stepped):
     board, _ = stepped(environment=CONSTANT, delay=0.002)
-    board.say(samples(*range(60)))
-    row = board.say(sample(65))[-1]
+    board.send(samples(*range(60)))
+    row = board.send(sample(65))[-1]
     answer = board.answer_to(65)
     assert (answer.behind, answer.force) == (2, np.float32(row[rows.APPLIED_FORCE]))
 
 
 def test_stop_and_release_are_sent_to_the_board(stepped):
     board, engine = stepped(environment=CONSTANT)
-    board.say(samples(*range(40)))
+    board.send(samples(*range(40)))
     engine.stop()
-    assert board.say(sample(40))[0, rows.FLAGS] == rows.STOPPED
+    assert board.send(sample(40))[0, rows.FLAGS] == rows.STOPPED
     assert board.received[-2:] == [Stop(), Force(40, 0, 0.0)]
     engine.release_stop()
-    board.say(sample(41))
+    board.send(sample(41))
     assert board.received[-2] == Release()
     assert board.received[-1].force == pytest.approx(1.0 / 30.0)
 
 
 def test_the_stop_removes_forces_in_an_added_delay(stepped):
     board, engine = stepped(environment=CONSTANT, delay=0.05)
-    assert board.say(samples(*range(100)))[-1, rows.APPLIED_FORCE] == 1.0
+    assert board.send(samples(*range(100)))[-1, rows.APPLIED_FORCE] == 1.0
     engine.stop()
-    board.say(sample(100))
+    board.send(sample(100))
     engine.release_stop()
-    board.say(sample(101))
+    board.send(sample(101))
     assert [(f.seq, f.behind, f.force) for f in board.messages(Force)[-2:]] == [
         (100, 50, 0.0),
         (101, 50, 0.0),
@@ -112,7 +112,7 @@ def test_zero_and_direction_can_be_set(stepped):
     board, engine = stepped(values={"stiffness": 100.0})
 
     def move(seq, count):
-        row = board.say(b"".join(sample(seq + k, count) for k in range(40)))[-1]
+        row = board.send(b"".join(sample(seq + k, count) for k in range(40)))[-1]
         return row, board.answer_to(seq + 39).force
 
     row, force = move(0, 1000)
@@ -141,26 +141,26 @@ def test_the_board_sets_the_rate_and_its_clamp_sets_a_flag(stepped):
     with pytest.raises(ParameterError, match="1,000 Hz"):
         engine.set_loop(rate=5000.0)
     assert engine.loop.rate == 1000.0
-    row = board.say(sample(0, flags=int(BoardFlag.CLAMPED)))[0]
+    row = board.send(sample(0, flags=int(BoardFlag.CLAMPED)))[0]
     assert int(row[rows.FLAGS]) & rows.CLAMPED
 
 
 def test_a_silent_board_gets_zero_force_and_returns_with_a_fade(stepped):
     board, engine = stepped(environment=CONSTANT)
-    assert board.say(samples(*range(40)))[-1, rows.APPLIED_FORCE] == 1.0
+    assert board.send(samples(*range(40)))[-1, rows.APPLIED_FORCE] == 1.0
     board.fall_silent()
     assert engine.health().stale
     assert board.received[-1] == Force(0, 0, 0.0)
-    assert not board.say(samples(*range(40, 139)))[:, rows.APPLIED_FORCE].any()
+    assert not board.send(samples(*range(40, 139)))[:, rows.APPLIED_FORCE].any()
     assert engine.arrays.control.stale_count[0] == 1
-    back = board.say(samples(*range(139, 174)))[:, rows.APPLIED_FORCE]
+    back = board.send(samples(*range(139, 174)))[:, rows.APPLIED_FORCE]
     np.testing.assert_allclose(back[1:31], np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
 def test_after_the_computer_was_suspended_the_force_is_zero(stepped):
     board, _ = stepped(environment=CONSTANT)
-    board.say(samples(*range(40)))
-    row = board.say(samples(*range(40, 130)), late=0.2)[-1]
+    board.send(samples(*range(40)))
+    row = board.send(samples(*range(40, 130)), late=0.2)[-1]
     assert row[rows.APPLIED_FORCE] == 0.0
     assert int(row[rows.FLAGS]) & rows.STALE
 

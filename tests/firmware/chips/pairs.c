@@ -1,4 +1,4 @@
-// This program sends two bytes back to back; with LOOK=1 it waits until the port reports free space. Then it
+// This program sends two bytes back to back; with WAIT=1 it waits until the port reports free space. Then it
 // sends the status after their transmission, the number of transmit-complete interrupts once they are
 // enabled, the status inside and after the interrupt, and the status after two more bytes whose flag was
 // cleared by writing.
@@ -15,7 +15,7 @@ ISR(USART_TX_vect) {
 
 static void two(uint8_t first, uint8_t second) {
   UDR0 = first;
-#if LOOK
+#if WAIT
   while (!(UCSR0A & _BV(UDRE0))) {
   }
 #endif

@@ -125,7 +125,7 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
 
     def late():
         for _ in range(5):
-            scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
+            scripted.send(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
             seq[0] += 1
         # check this every time, because a slow computer may have closed the board meanwhile
         if window.studio.engine is None:
