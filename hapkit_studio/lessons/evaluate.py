@@ -30,6 +30,7 @@ _LONGEST = 10.0  # s: maximum length of an interval
 # maximum number of intervals that are tried, because a check is evaluated many times per minute
 _MOST_TRIED = 40
 _STEPS = 4  # successive windows are shifted by 1 / _STEPS of their length
+_ROUNDING = 1e-12  # relative rounding error: 2.1 mm / 1000 is not 0.0021 m
 _ENOUGH = 0.95  # minimum fraction of a window's length that must have been recorded
 
 
@@ -169,11 +170,17 @@ def _wrong_setting(check: Check, part: Samples) -> str:
             if now != wanted:
                 names = dict(zip(ESTIMATOR.options, ESTIMATOR.labels, strict=True))
                 return f"{label} is {names.get(str(now), now)}. Choose {names.get(wanted, wanted)}."
-        elif not (isinstance(now, float) and wanted[0] <= now <= wanted[1]):
+        elif not (isinstance(now, float) and _within(now, *wanted)):
             is_now = on_screen(now, unit) if isinstance(now, float) else str(now)
             low, high = (on_screen(limit, unit) for limit in wanted)
             return f"{label} is {is_now}. Set a value between {low} and {high}."
     return ""
+
+
+def _within(value: float, low: float, high: float) -> bool:
+    """Return True if a value is in a range; the rounding error of a converted unit is permitted."""
+    rounding = _ROUNDING * max(abs(low), abs(high))
+    return low - rounding <= value <= high + rounding
 
 
 def _setting(

@@ -9,6 +9,8 @@ import pytest
 from hapkit_studio.lessons import evaluate
 from hapkit_studio.lessons.evaluate import CORRECT, WAITING, WRONG
 from hapkit_studio.lessons.lesson import Check, Question
+from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
 from tests.lessons.made import RATE, elsewhere, larger, samples, still, stronger
 
 CHECK = Check(
@@ -166,3 +168,19 @@ def test_a_window_is_as_long_as_the_check_requires(seconds):
 def test_a_number_at_the_edge_of_the_tolerance_is_correct(value, tolerance, given, state):
     question = Question("1.1", 1, "How much?", value=value, tolerance=tolerance)
     assert question.judge(given)[0] == state
+
+
+@pytest.mark.parametrize(
+    ("shown", "limits", "accepted"),
+    [
+        (2.1, (0.001, 0.0021), True),  # 2.1 / 1000 is more than 0.0021
+        (4.1, (0.0041, 0.005), True),  # 4.1 / 1000 is less than 0.0041
+        (2.1001, (0.001, 0.0021), False),
+        (4.0999, (0.0041, 0.005), False),
+    ],
+)
+def test_a_setting_at_the_edge_of_its_range_is_permitted(shown, limits, accepted):
+    made = presses(0.005)
+    said = {**made.log[0][1], "delay_s": Quantity(Parameter("delay", "Delay", "s", 0.0, 0.0, 0.1)).si(shown)}
+    found = evaluate(replace(CHECK, where={"delay": limits}), replace(made, log=[(0.0, said)]))
+    assert found.correct is accepted
