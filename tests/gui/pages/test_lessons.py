@@ -13,11 +13,13 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.lessons.page import StepDot
 from hapkit_studio.gui.pages.lessons.player import scene_settings
 from hapkit_studio.gui.pages.lessons.tasks import HintPart
+from hapkit_studio.gui.pages.lessons.text import formula_label
 from hapkit_studio.gui.state.undo import differing, settings_of
 from hapkit_studio.gui.teach.demos import shipped
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons import library
 from hapkit_studio.lessons.evaluate import WRONG, Result
+from hapkit_studio.lessons.lesson import Formula
 from hapkit_studio.lessons.progress import Progress, file_of
 from tests.gui.shell.test_layout import resize
 from tests.gui.window_support import delete_deferred
@@ -158,6 +160,23 @@ def test_a_longer_result_is_complete_in_the_next_frame(page, reset_window, qapp,
     assert task.label.height() > short
     for part in (task.title, task.label):
         assert part.height() >= part.heightForWidth(part.width())
+
+
+@pytest.mark.slow
+def test_every_formula_is_narrower_than_the_column(page, reset_window, qapp):
+    page.open(WALL)
+    resize(qapp, reset_window, (1280, 720))
+    column = page.body
+    room = column.column.contentsRect().width() - column.verticalScrollBar().sizeHint().width()
+    formulas = {
+        b.tex
+        for one in library().lessons.values()
+        for s in one.steps
+        for b in s.blocks
+        if isinstance(b, Formula)
+    }
+    assert len(formulas) > 15
+    assert [tex for tex in formulas if formula_label(tex).sizeHint().width() > room] == []
 
 
 @pytest.mark.slow
