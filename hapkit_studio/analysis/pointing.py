@@ -307,7 +307,7 @@ def trials(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Trial]:
             key: checked_number(what.get(key), f"{place}: {key}", *limits) for key, limits in _LIMITS.items()
         }
         seconds = numbers["stop"] - numbers["begin"]
-        checked_number(seconds, f"{place}: time from begin to stop", 0.0, _LONGEST_TRIAL, "s")
+        checked_number(seconds, f"{place}: time from start to stop", 0.0, _LONGEST_TRIAL, "s")
         found.append(Trial(condition, model, **numbers))
     return found
 

@@ -236,7 +236,7 @@ _NOISE = Parameter(
 )
 _AGILITY = Parameter(
     "q",
-    "Agility",
+    "Reaction speed",
     "m²/s³",
     1e-2,
     1e-3,

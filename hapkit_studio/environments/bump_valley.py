@@ -114,10 +114,10 @@ ENVIRONMENT = Environment(
         ),
         Choice(
             "law",
-            "Force follows",
+            "Force depends on",
             ("gradient", "height"),
             "gradient",
-            "Slope: the force follows the slope, as for a rolling ball. Height: the force depends on "
+            "Slope: the force depends on the slope, as for a rolling ball. Height: the force depends on "
             "the height and pushes to the left on the hill and to the right in the valley. This feels like a "
             "hill only when you come from one side.",
             labels=("Slope", "Height"),

@@ -52,7 +52,7 @@ def check(values: Values) -> str:
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
         return ""
-    return f"The snap start must be less than the travel of {travel:g} mm, not {start:g} mm."
+    return f"The snap start must be less than the press depth of {travel:g} mm, not {start:g} mm."
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
@@ -104,7 +104,7 @@ ENVIRONMENT = Environment(
         ),
         Parameter(
             "travel",
-            "Travel",
+            "Press depth",
             "m",
             0.007,
             0.002,
@@ -119,7 +119,7 @@ ENVIRONMENT = Environment(
             500.0,
             0.0,
             2000.0,
-            "Stiffness of the hard stop at the end of the travel",
+            "Stiffness of the hard stop at the full press depth",
             "k<sub>e</sub>",
         ),
         Parameter(

@@ -185,7 +185,7 @@ PARAMETERS = (
     Parameter("breathing_rate", "Breathing rate", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
     Choice(
         "temperament",
-        "Temper",
+        "Character",
         ("easy", "choosy", "grumpy"),
         "easy",
         "How strokes change the cat's contentment, which is between −1 and +1. Easy: the contentment "

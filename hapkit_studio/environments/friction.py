@@ -234,8 +234,9 @@ ENVIRONMENT = Environment(
             MODELS,
             "projection",
             "Model that computes the friction. Coulomb and Smoothed use only the speed, so they cannot hold "
-            "the handle at rest. Karnopp holds the handle below a small speed. Tether and Projection hold "
-            "it and then let go suddenly. Stribeck and LuGre hold it and then let go gradually.",
+            "the handle at rest. Karnopp holds the handle below a small speed. Tether (a virtual "
+            "spring) and Projection (the same with a damper) hold it and then let go suddenly. "
+            "Stribeck and LuGre hold it and then let go gradually.",
             labels=LABELS,
             method=True,
             exact="projection",  # the only model that sticks without oscillation, like dry friction

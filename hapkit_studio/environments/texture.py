@@ -108,8 +108,8 @@ ENVIRONMENT = Environment(
             "Kind",
             KINDS,
             "grating",
-            "Bands: damping acts in every second stripe. Grating: the force is a regular wave. Sandpaper: "
-            "the grains are random.",
+            "Bands: damping acts in every second stripe. Grating: equal ridges, whose force is a regular "
+            "wave. Sandpaper: the grains are random.",
         ),
         Parameter(
             "damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force for each m/s of speed inside a band", "b"

@@ -378,7 +378,7 @@ _COUNT = (
     + _HOW_FAR
 )
 _AGAIN = (
-    "let the count start again after each period, `s.{0} = (s.{0} + 1) % calls` (`calls`: calls in a period)"
+    "start `s.{0}` again from 0 after each period: `s.{0} = (s.{0} + 1) % n`, with `n` calls in one period"
 )
 _PERIOD = _DRIFTS + _AGAIN + _HOW_FAR
 _KEPT = (

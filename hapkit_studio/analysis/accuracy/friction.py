@@ -91,7 +91,7 @@ PLAN = Plan(
     (
         Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
-            f"{FELT}; a period is the time from one slip to the next", "",
+            f"{FELT}. A period is the time from one slip to the next", "",
             (_DRAWN, _LEVELS, ("Reference", "exact formula")),
         ),
         Scene(

@@ -83,8 +83,8 @@ _STICKING = (
     ("Reference", "exact formula, 3 s"),
 )  # fmt: skip
 _DAMPER = ("Damping", f"{DAMPED.damping:g} N·s/m")
-_FIRST, _THIRD = "largest error / initial deflection", f"{FELT}; force is proportional to motion"
-_PERIOD = f"{FELT}; a period is the time from one slip to the next"
+_FIRST, _THIRD = "largest error / initial deflection", f"{FELT}. Force is proportional to motion"
+_PERIOD = f"{FELT}. A period is the time from one slip to the next"
 PLAN = Plan(
     "integrators",
     "Integrators",

@@ -22,7 +22,7 @@ from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
 # the reason for a tolerance of 2 %
-FELT = "A third of the smallest change of force that people can feel (6 %)"
+FELT = "A third of 6 %, the smallest change of force that people can feel"
 # fractions of the true value; for an error in m/s, 0.1 stands for the scene's own tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
 # decades of error: largest deviation of points from the straight line whose slope is the order of convergence

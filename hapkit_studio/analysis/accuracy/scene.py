@@ -338,8 +338,8 @@ class SceneResult:
         wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
         if not (self.is_stable_enough(best) or math.isnan(best.limit)):
             warning = (
-                f"No option is stable up to {MARGIN:g} times this scene's stiffness ({wanted}): "
-                "the best option"
+                f"No option is stable up to {MARGIN:g} times this scene's stiffness ({wanted}). "
+                "The best option"
             )
             near = best.limit >= self.question.stiffness
             warning += " is close to its limit." if near else " needs a hand or friction to come to rest."

@@ -67,7 +67,7 @@ CONDITIONS = (
     ("Wall", f"{STIFFNESS:,g} N/m"), ("Handle", "0.044 kg, 0.5 N·s/m, an ideal sensor"),
     ("Hand", "taps, medium grip"), ("Reference", "the same wall at 1 MHz"),
 )  # fmt: skip
-_REASON = f"{FELT}; force is proportional to depth"
+_REASON = f"{FELT}. Force is proportional to depth"
 _ERROR = "largest error / deepest penetration"
 PLAN = Plan(
     "servo",

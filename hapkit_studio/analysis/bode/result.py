@@ -215,8 +215,8 @@ class Curve:
         impedance = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
             return (
-                f"{loop}: the loop adds energy from {hertz(lowest)} on: the effective damping of {damping} "
-                f"adds more than {own} takes away."
+                f"{loop}: from {hertz(lowest)} on, the loop adds energy. Its effective damping is negative "
+                f"({damping}) and adds more energy than {own} takes away."
             )
         if self.ends == self.softens:
             return (

@@ -237,8 +237,8 @@ def check_springs(springs: Iterable[float]) -> None:
         check_number(stiffness, "spring's stiffness", "N/m", low=SPRINGS[0], high=SPRINGS[1])
     if len(found) < 2 or found[-1] < SPRINGS_DIFFER * found[0]:
         raise ParameterError(
-            f"Two springs are needed, one at least {SPRINGS_DIFFER:g} × as stiff as the other: "
-            "in the difference of the two measurements, all other springs (such as the cable) cancel."
+            f"Two springs are needed, one at least {SPRINGS_DIFFER:g} × as stiff as the other. "
+            "The difference of the two measurements does not depend on other springs, such as the cable."
         )
 
 

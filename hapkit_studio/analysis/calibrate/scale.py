@@ -103,7 +103,7 @@ def _judge(found: Scale, board: Board, apart: float, inverted: bool | None) -> C
     if found.closure > SLIPPED:
         return failed(
             "slipped",
-            f"A mark that was taken twice differs by {1e3 * found.closure:.1f} mm "
+            f"The readings at one mark differ by {1e3 * found.closure:.1f} mm "
             f"(limit {1e3 * SLIPPED:.1f} mm).",
             "The cable slipped, or the handle was not at the mark. Tighten the cable, then take all marks "
             "again.",

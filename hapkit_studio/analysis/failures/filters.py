@@ -75,8 +75,8 @@ FAILURE = base.Failure(
     key="filters",
     title="A velocity filter inside the loop",
     summary="A filter that smooths the velocity also delays it, and lowers the largest stable stiffness",
-    formula="The limit is the smallest k for which 1 + (k + b H(z)) P(z) = 0 has a root on |z| = 1, with "
-    "stiffness k, virtual damping b, filter H and handle P",
+    formula="The limit is the smallest stiffness k at which an oscillation neither grows nor decays: "
+    "1 + (k + b H(z)) P(z) = 0 has a solution with |z| = 1, with virtual damping b, filter H and handle P",
     explanation="The damping force is computed from a filtered velocity. The filter removes noise, but its "
     "output is late, by about 1/(2π f) for a first-order low-pass with corner frequency f. Late damping "
     "removes less energy, and beyond a quarter of a period it adds energy. So the lower the corner, the "

@@ -151,7 +151,8 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
         raise ParameterError(
-            f"Each telemetry row must have {rows.ROW_WIDTH} numbers; this table has the shape {table.shape}."
+            f"Each row of the recording must have {rows.ROW_WIDTH} numbers; this table has the size "
+            f"{' × '.join(map(str, table.shape))}."
         )
     back = np.flatnonzero(np.diff(table[:, rows.BOARD_TIME]) <= 0.0)
     table = table[back[-1] + 1 :] if len(back) else table

@@ -126,10 +126,10 @@ def why(estimate: Estimate) -> str:
     must = alike(estimate.expected, estimate)
     if surprising(estimate):
         return (
-            f"The force is late, so {must} is the expected value. The measured value differs, so there is "
-            "another cause, too."
+            f"The force is late. This alone would give {must}. The measured value is different, so there is "
+            "also another cause."
         )
-    return f"The force is late, so {must} is the expected value."
+    return f"The force is late. This alone gives {must}."
 
 
 def lateness(part: Part, setup: Setup) -> str:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-PARTS = "Methods", "This scene", "Scene needs"
+PARTS = "Methods", "This scene", "What scenes need"
 USE_MINE, USE_LITERATURE = "Use my own JND…", "Use published JND"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended method", "Use this method"
 REST_MS = 400  # ms: all options are computed again this long after the last change of a setting

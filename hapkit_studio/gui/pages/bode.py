@@ -39,12 +39,11 @@ class BodePage(MeasuringPage):
         "Frequencies at which the behaviour changes",
     )
     read = (
-        "Dots are measured values with bars for the 95 % interval. A hollow dot: the force is not "
-        "proportional to the motion. Solid line: theory of the sampled loop. Dashed line: at this frequency, "
-        "the stiffness has dropped by 3 dB, or the loop begins to give more energy than the handle's damping "
-        "takes. Dotted line: the handle's own mass and damping. Above the frequency at which the dotted line "
-        "crosses the stiffness, a hand feels the mass instead. A law that is not linear is measured with one "
-        "frequency at a time."
+        "Dots: measured values, with bars for the 95 % interval. Hollow dots: the force is not proportional "
+        "to the motion. Solid line: theory of the sampled loop. Dashed line: above this frequency, the "
+        "stiffness is more than 3 dB lower, or the loop adds more energy than the handle's damping removes. "
+        "Dotted line: the handle's own mass and damping. Where the dotted line is above the stiffness, you "
+        "feel mainly the mass. A law that is not linear is measured with one frequency at a time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -52,7 +51,7 @@ class BodePage(MeasuringPage):
         self.found: Bode | None = None
         self._facts = LoopFacts(studio, self)
         live.health.connect(self._facts.note_health)
-        self.where = Segmented("Measured on", ("This loop", "Virtual board"))
+        self.where = Segmented("Measured on", ("Simulation", "Virtual board"))
         self.where.show_index(SIMULATION)
         self.where.setVisible(virtual_board.built())
         self.bar.add(self.where)

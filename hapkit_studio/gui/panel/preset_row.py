@@ -188,7 +188,9 @@ class CompareDialog(FormDialog):
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         title = studio.environment.title
-        super().__init__("Compare presets", f"Shows which settings a preset of {title} would change.", parent)
+        super().__init__(
+            "Compare presets", f"Shows which settings a preset of the scene {title} would change.", parent
+        )
         self._presets, self._found = presets_, presets.found(studio.environment.key)
         self.picker, self.table = QComboBox(), DifferenceTable("Present value", "Value in the preset")
         self.picker.addItems([*self._found])

@@ -300,7 +300,7 @@ _PLOTS = (
     ),
     Action(
         "view.as_felt",
-        "Force as felt",
+        "Plot the force as you feel it",
         lambda w: w.centre.phase.felt.toggle(),
         enabled=lambda w: w.centre.phase.felt.isEnabled(),
         checked=lambda w: w.centre.phase.felt.isChecked(),
@@ -325,10 +325,10 @@ _VIEW = (
         "view.projector", "Projector view", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
         checked=lambda w: w.projector.on, rule=True,
     ),
-    _value(0, "Increase the first value", 1, "+", "="),
-    _value(0, "Decrease the first value", -1, "-"),
-    _value(1, "Increase the second value", 1, "Ctrl++", "Ctrl+="),
-    _value(1, "Decrease the second value", -1, "Ctrl+-"),
+    _value(0, "Increase the first projector value", 1, "+", "="),
+    _value(0, "Decrease the first projector value", -1, "-"),
+    _value(1, "Increase the second projector value", 1, "Ctrl++", "Ctrl+="),
+    _value(1, "Decrease the second projector value", -1, "Ctrl+-"),
     Action(
         "view.panel", "Show panel", lambda w: w.toggle_panel(), "F4", enabled=_shows_values,
         checked=lambda w: w.panel_open,

@@ -68,7 +68,7 @@ class LockDialog(FormDialog):
         yield DEVICE, "Set-up, zero and direction of a Hapkit"
         for key, environment in discover().items():
             if key != here.key:
-                yield ("environment", key), f"Environment: {environment.title}"
+                yield ("environment", key), f"Environment “{environment.title}”"
 
     def _tick_others(self) -> None:
         for row in map(self.places.item, range(self.places.count())):

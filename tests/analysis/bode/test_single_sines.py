@@ -91,4 +91,4 @@ def test_command_states_intervals_and_dissipation(capsys):
     out = capsys.readouterr().out
     assert "by single sines" in out
     assert "± 95 %" in out
-    assert "adds energy from" not in out
+    assert "on, the loop adds energy" not in out

@@ -77,7 +77,7 @@ def test_the_loop_is_named_as_the_reason():
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, the device gave −0.6" in text
     assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
-    assert "The force is late, so −0.600 N·s/m is the expected value." in text
+    assert "The force is late. This alone gives −0.600 N·s/m." in text
     assert "1.5 ms late on average: this removes a damping of 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
 
@@ -85,7 +85,7 @@ def test_the_passivity_controller_is_named():
     run = hs.simulate("spring", {"stiffness": 900.0}, hand="pluck", seconds=3.0, delay=2e-3, controller=True)
     found = identify(from_run(run))
     text = "\n".join(found.sentences(found.rendered))
-    assert "The measured value differs, so there is another cause, too" in text
+    assert "The measured value is different, so there is also another cause." in text
     assert "The passivity controller added damping in" in text
     assert found.surprises(found.rendered)
 

@@ -98,7 +98,7 @@ def library(gate):
             limit=lambda case: 2e-3,
             probe=lambda value, case: probe(value * 1e5, {"damping": 2.0}),
             plot=Plot(
-                "step, ms", np.linspace(0.2, 2.0, 5),
+                "time step, ms", np.linspace(0.2, 2.0, 5),
                 (Curve("measured", lambda x, case: -1.0 if x < 2e-3 else math.inf),), "limit", factor=1e3,
             ),
         ),
