@@ -155,7 +155,8 @@ def _wrong_setting(check: Check, part: Samples) -> str:
     scene, known = part.scene, {**environments.discover(), **part.known}
     if scene is None or scene[0].key != check.environment:
         shown = scene[0].title if scene else str(part.settings.get("environment") or "another scene")
-        return f"The recording was made with {shown}. Choose {known[check.environment].title}."
+        right = known[check.environment].title if check.environment in known else check.environment
+        return f"The recording was made with {shown}. Choose {right}."
     environment, values = scene
     parameters = {p.key: p for p in environment.parameters}
     for key, wanted in check.where.items():

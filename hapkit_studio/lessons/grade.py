@@ -72,6 +72,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
         return [Row(*head, "", "", "", DAMAGED, reason)]
     found = [Row(*head, "", "", "", DAMAGED, text) for text in handed.damage]
     found += [Row(*head, "", "", "", EDITED, text) for text in handed.experiments.remarks]
+    handed = handed.of_lesson(lesson)
     for number, _, task in lesson.tasks():
         value, state, reason = graded(task, handed)
         if handed.stamp != lesson.stamp and state not in (CORRECT, "review"):

@@ -8,7 +8,7 @@ again, and a modified file is detected.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -71,6 +71,10 @@ class HandedIn:
     damage: tuple[str, ...]
     experiments: Experiments
 
+    def of_lesson(self, lesson: Lesson) -> "HandedIn":
+        """Return the file with the environments of its lesson, which its checks need."""
+        return replace(self, samples=replace(self.samples, known=lesson.known))
+
 
 def hand_in(
     path: str | Path,
@@ -94,7 +98,7 @@ def hand_in(
         who = checked_text(" ".join(student.split()), "The student's name", _NAME)
         about = {"key": lesson.key, "title": lesson.title, "stamp": lesson.stamp}
         yield Event(when, LESSON, {**about, "student": who, "step": step, "studio": __version__})
-        samples = Samples.of_session(session)
+        samples = replace(Samples.of_session(session), known=lesson.known)
         ranges = _step_ranges(session, samples)
         for number, _, task in lesson.tasks():
             if isinstance(task, Question):

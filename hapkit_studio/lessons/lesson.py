@@ -193,7 +193,8 @@ class Criterion:
 class Lesson:
     """A lesson. ``key`` is the name of its file, ``stamp`` the hash of its text.
 
-    If ``hide_names`` is True, reports and reviews do not name students.
+    If ``hide_names`` is True, reports and reviews do not name students. ``known`` are the environments by key
+    with which the file was read; they may include environments that are not in the library.
     """
 
     key: str
@@ -210,6 +211,7 @@ class Lesson:
     steps: tuple[Step, ...]
     stamp: str
     hide_names: bool = False
+    known: Mapping[str, Environment] = field(default_factory=dict, repr=False, compare=False)
 
     def tasks(self) -> Iterator[tuple[int, Step, Check | Question]]:
         """Yield all checks and questions, each with its step and the step's number (counted from 1)."""

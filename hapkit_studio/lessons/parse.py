@@ -139,6 +139,7 @@ class _Reader:
             intro=intro,
             steps=steps,
             stamp=hashlib.sha256(self.text.encode()).hexdigest()[:16],
+            known=self.known,
             **found,
         )
 

@@ -41,6 +41,7 @@ def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hid
     If ``hide_names`` is True, the page does not contain the names of student, file and reviewers.
     """
     hidden = hide_names or lesson.hide_names
+    handed = handed.of_lesson(lesson)
     body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>']
     body.append(_facts(handed, hidden))
     body += [

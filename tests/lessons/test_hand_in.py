@@ -12,11 +12,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hapkit_studio import environments, resources
 from hapkit_studio.cli import main
 from hapkit_studio.haptics import rows
 from hapkit_studio.lessons import library
 from hapkit_studio.lessons.grade import COLUMNS, as_csv, as_html, grade, grade_file
 from hapkit_studio.lessons.hand_in import hand_in, read, save_played
+from hapkit_studio.lessons.parse import read as read_lesson
 from hapkit_studio.lessons.play import play_lesson, play_step
 from hapkit_studio.lessons.report import report
 from hapkit_studio.sessions.chunk import pack
@@ -140,6 +142,22 @@ def test_a_result_without_an_interval_is_detected(handed, lesson, state):
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
     assert (row.state, row.value) == ("edited", "")
     assert row.reason == f"The file says {state}, but names no evaluated interval."
+
+
+def test_a_lesson_about_an_environment_of_ones_own_is_handed_in_and_graded(tmp_path):
+    own = replace(environments.named("spring"), key="my_spring", title="My spring")
+    text = (
+        resources.path("templates", "lesson.md").read_text(encoding="utf-8").replace('"wall"', '"my_spring"')
+    )
+    text = text.replace("Press at least 3 mm into the wall", "Pull").replace("depth = 0.003, ", "")
+    path = tmp_path / "mine.md"
+    path.write_text(text, encoding="utf-8")
+    lesson = read_lesson(path, {**environments.discover(), own.key: own})
+    handed = tmp_path / "ada.hapkit"
+    found = save_played(handed, lesson, play_lesson(lesson), "Ada L")
+    assert [result.state for _, result in found] == ["correct", "correct"]
+    assert states(handed, lesson) == {"1.1": "correct", "1.2": "correct"}
+    assert not re.search(r">(edited|not passed|not measured)<", report(read(handed), lesson))
 
 
 def test_edited_samples_are_detected_in_every_check(handed, lesson):
