@@ -195,7 +195,8 @@ class Rewriter(ast.NodeTransformer):
         self.names, self.helpers, self.is_law = names, helpers, is_law
         self.proven = is_proven(function)
         self.known = {a.arg for a in tree.args.args}
-        self.local = self.known | _stored(tree)
+        stored = (n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
+        self.local = self.known | {n.id for n in stored}
         self.called: list[FunctionType] = []
 
     # --- statements
@@ -633,10 +634,6 @@ def _always_returns(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
     if isinstance(last, ast.If):
         return _always_returns(last.body, *ends) and _always_returns(last.orelse, *ends)
     return isinstance(last, (ast.Return, *ends))
-
-
-def _stored(function: ast.FunctionDef) -> set[str]:
-    return {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
 
 
 FUEL = 20_000

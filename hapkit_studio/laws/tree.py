@@ -431,7 +431,9 @@ def _times(a: Expr, b: Expr) -> Expr:
         return Op("neg", (rest,)) if negative else rest
     if negative:
         factor = folded("neg", [factor]) or factor
-    return _product(factor, rest)
+    if factor.key == "1.0":
+        return rest
+    return simplified("neg", (rest,)) if factor.key == "-1.0" else Op("*", (factor, rest))
 
 
 def _is_finite(value: Expr) -> bool:
@@ -439,14 +441,6 @@ def _is_finite(value: Expr) -> bool:
     if isinstance(value, Op):
         return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
     return isinstance(value, Num | Var)
-
-
-def _product(factor: Num, product: Expr) -> Expr:
-    if factor.key == "1.0":
-        return product
-    if factor.key == "-1.0":
-        return simplified("neg", (product,))
-    return Op("*", (factor, product))
 
 
 def negated(test: Test | bool) -> Test | bool:

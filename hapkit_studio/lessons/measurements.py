@@ -292,15 +292,11 @@ def _purring(samples: Samples, region: Region) -> Measured:
     frequency = np.fft.rfftfreq(len(samples), samples.period)
     band = (frequency >= _PURRS[0]) & (frequency <= _PURRS[1])
     strong = band & (power > 0.25 * power[band].max(initial=0.0))
-    if not band.any() or power[band].max() < _CLEAR * np.median(power[band]) or not _peaks(frequency[strong]):
+    unclear = not strong.any() or power[band].max() < _CLEAR * np.median(power[band])
+    if unclear or np.ptp(frequency[strong]) >= _PURR_SPAN:
         raise NotMeasured("The cat does not purr. Stroke it from head to tail at 1 to 10 cm/s.")
     found = float(np.average(frequency[strong], weights=power[strong]))
     return Measured(found, 1.0 / float(np.ptp(samples.time)))
-
-
-def _peaks(strong: np.ndarray) -> bool:
-    """Return True if the strong frequencies in Hz can belong to one purr."""
-    return bool(len(strong)) and float(np.ptp(strong)) < _PURR_SPAN
 
 
 def _vibration(samples: Samples, region: Region) -> Measured:

@@ -192,8 +192,9 @@ class Samples:
             total.update(np.ascontiguousarray(getattr(self, name), dtype="<f8").tobytes())
         states = len(self.scene[0].state_names) if self.scene else 0  # files pad the state with NaN
         total.update(np.ascontiguousarray(self.state[:, :states], dtype="<f8").tobytes())
-        settings = [[round(when - self.time[0], 6), _as_json(change)] for when, change in self.log]
-        total.update(json.dumps(settings, sort_keys=True, default=str).encode())
+        settings = [[round(when - self.time[0], 6), change] for when, change in self.log]
+        settings = json.loads(json.dumps(settings, default=str))  # as read from a file
+        total.update(json.dumps(settings, sort_keys=True).encode())
         return total.hexdigest()
 
 
@@ -206,11 +207,6 @@ def _device_clock(time: np.ndarray, board: np.ndarray, log: Log) -> tuple[np.nda
         return time - time[:1].sum(), log
     changed = np.interp([time[0] + when for when, _ in log], time, board - board[0]).tolist()
     return board - board[0], [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
-
-
-def _as_json(settings: LoggedSettings) -> Any:
-    """Return settings as they are after writing them to a file and reading them again."""
-    return json.loads(json.dumps(settings, default=str))
 
 
 def runs(good: np.ndarray, breaks: np.ndarray | tuple = ()) -> list[slice]:

@@ -191,7 +191,9 @@ class Recorder:
     def _begin(self, path: Path) -> None:
         self._end()
         writer = SessionWriter(path)
-        for event in self._latest().values():
+        # the latest event of each kind that is valid until the next one
+        valid = self._base | {event.kind: event for event in self._events if event.kind in _STANDING}
+        for event in valid.values():
             writer.note(event)
         self._writer, self.progress = writer, Progress(writer.path)
 
@@ -288,10 +290,6 @@ class Recorder:
     def _add(self, event: Event) -> None:
         self._events.append(event)
         self._write(lambda writer: writer.note(event))
-
-    def _latest(self) -> dict[str, Event]:
-        """Return the latest event of each kind that is valid until the next one."""
-        return self._base | {event.kind: event for event in self._events if event.kind in _STANDING}
 
     def _write(self, write: Callable[[SessionWriter], None]) -> None:
         """Write to the session; if this fails, end the recording and store the reason."""
