@@ -165,7 +165,7 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     value, second = float(r.tick.fault_value), float(r.tick.fault_position)
     line, limit = int(r.fault[1]), float(r.settings.max_speed)
     place = f"x = {number(1e3 * second, 2)} mm"
-    name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
+    name, at = "NaN (not a number)" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
     stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]
     # the board cannot measure longer delays
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"

@@ -52,7 +52,7 @@ WORDS = [
     (arrays.OVER_SPEED, -3.4, 0.0, 0, "the handle moved too fast, 3.4 m/s (limit 3.0 m/s).", HOLD),
     (arrays.OVER_SPEED, 3.04, 0.0, 0, "the handle moved too fast, 3.04 m/s (limit 3.0 m/s).", HOLD),
     (arrays.OVER_SPEED, 3.0004, 0.0, 0, "the handle moved too fast, 3.0004 m/s (limit 3.0 m/s).", HOLD),
-    (arrays.NOT_A_NUMBER, math.nan, 0.00502, 0, "the law returned NaN at x = 5.02 mm.", HOLD),
+    (arrays.NOT_A_NUMBER, math.nan, 0.00502, 0, "the law returned NaN (not a number) at x = 5.02 mm.", HOLD),
     (arrays.NOT_A_NUMBER, -math.inf, -0.001, 7, "the law returned infinity at x = −1.00 mm (line 7).", HOLD),
     (arrays.LAW_INDEX, 0.0, 0.0, 14, "line 14 of the law uses an index outside the state or table.", HOLD),
     (arrays.LAW_FUEL, 0.0, 0.0, 3, "the loop or function in line 3 of the law does not end.", HOLD),

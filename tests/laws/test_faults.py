@@ -37,7 +37,7 @@ CASES = [
     *[(USES[0].format(i), BEYOND, "s.ring") for i in WRONG_INDEX],
     *[(use.format("int(-math.log(0.0))"), BEYOND, "s.ring") for use in USES[1:]],
     *[(f"{loop}\nreturn 5.0", "of the law does not end", "") for loop in NEVER_ENDS],
-    *[(f"return {value}", "the law returned NaN at x = 10.00 mm", "") for value in NAN],
+    *[(f"return {value}", "the law returned NaN (not a number) at x = 10.00 mm", "") for value in NAN],
     *[(f"return {value}", "the law returned infinity at x = 10.00 mm", "") for value in INFINITY],
     # these faults latch even if later code would hide them
     *[

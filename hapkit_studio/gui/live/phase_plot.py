@@ -64,8 +64,8 @@ class ForcePosition(QWidget):
         self.note.hide()
         self.felt = QCheckBox("Force as felt")
         self.felt.setToolTip(
-            "Draw each force at the position that the handle had while the force acted. The law used an "
-            "earlier position. The area of the closed curve is the energy that you get in each cycle"
+            "Draw each force at the handle's position while the force acted, not at the earlier position "
+            "that the law used. The area of the closed curve is then the energy that you get in each cycle"
         )
         self.felt.toggled.connect(self._show_felt)
         self.cycle = label(role="fact", wrap=False)

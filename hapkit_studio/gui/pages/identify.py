@@ -80,7 +80,7 @@ _INTO_SURFACE = 0.003
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _HOW = (
-    "Push against the scene and let go, slowly and fast, in both directions. Shake handle "
+    "Push against the scene and let go, slowly and fast, in both directions. The button Shake handle "
     "does this with the simulated hand. Then press Identify."
 )
 _EXAMPLE = "The chart below is only an example: it shows a simulated spring."

@@ -15,8 +15,8 @@ class DirectionStep(StepPage):
     intro = (
         "Plug in the motor's 12 V supply. Put the handle in the middle, take your hands off, then press "
         "Push the handle. "
-        "The motor gives short pulses of at most 0.3\u00a0N. With the wrong sign, a spring would push the "
-        "handle away."
+        "The motor gives short pulses of at most 0.3\u00a0N. With the wrong direction, a spring would push "
+        "the handle away."
     )
     begin = "The motor is off until you press Push the handle."
     if_skipped = (
