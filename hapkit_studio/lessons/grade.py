@@ -50,7 +50,7 @@ def grade(
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Row]:
     """Return the rows of all sessions in a folder, ordered by file name."""
-    paths = sorted(Path(folder).glob(f"*{SUFFIX}"))
+    paths = sorted(path for path in Path(folder).glob("*") if path.suffix.lower() == SUFFIX)
     found: list[Row] = []
     for at, path in enumerate(paths):
         progress(at, len(paths))

@@ -160,6 +160,11 @@ def test_a_lesson_about_an_environment_of_ones_own_is_handed_in_and_graded(tmp_p
     assert not re.search(r">(edited|not passed|not measured)<", report(read(handed), lesson))
 
 
+def test_a_file_name_in_capital_letters_is_graded(handed, lesson):
+    handed.rename(handed.with_name("BOB.HAPKIT"))
+    assert {row.file for row in grade(handed.parent, {KEY: lesson})} == {"BOB.HAPKIT"}
+
+
 def test_edited_samples_are_detected_in_every_check(handed, lesson):
     edit_samples(handed)
     found = states(handed, lesson)
