@@ -92,7 +92,7 @@ def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
     for axes in panels:
         axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
     soft = curve.ends == curve.softens
-    text = f"{hertz(curve.ends)}: {'stiffness falls to 71 %' if soft else 'loop adds energy'}"
+    text = f"{hertz(curve.ends)}: {'stiffness only 71 %' if soft else 'loop adds energy'}"
     # the label goes towards the middle of the axis
     near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))
     panels[_STIFFNESS if soft else _DAMPING].annotate(

@@ -198,9 +198,10 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
             above = with_unit(most, "N", 2)
-            yield f"Coulomb friction above {above} shakes the handle by several sensor steps. Try Projection."
+            shakes = f"Coulomb friction above {above} shakes the handle by several sensor steps."
+            yield f"{shakes} Try the model Projection."
         elif kinetic > LEAST:
-            yield "Coulomb friction cannot hold the handle: under a pull it creeps. Try Projection."
+            yield "Coulomb friction cannot hold the handle: under a pull it creeps. Try the model Projection."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
