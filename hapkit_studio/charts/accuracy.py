@@ -193,7 +193,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
 SCENE_KEY = (
     "A shorter bar is closer to the ideal scene: the same law solved exactly, without sampling, delay, "
     "sensor steps or force limit. Most people notice 1 JND (just-noticeable difference). Parts left of 0 "
-    "cancel other parts; the upright mark is the total. // and →: the bar is longer than drawn. Ring: "
+    "cancel other parts; the vertical mark is the total. // and →: the bar is longer than drawn. Ring: "
     "recommended."
 )
 OWN_KEY = """Own error: distance from the exact method at the

@@ -378,7 +378,7 @@ _COUNT = (
     + _HOW_FAR
 )
 _AGAIN = (
-    "start `s.{0}` again from 0 after each period: `s.{0} = (s.{0} + 1) % n`, with `n` calls in one period"
+    "start `s.{0}` again from 0 after each period, with `s.{0} = (s.{0} + 1) % n` for `n` calls in a period"
 )
 _PERIOD = _DRIFTS + _AGAIN + _HOW_FAR
 _KEPT = (

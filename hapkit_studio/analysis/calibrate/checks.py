@@ -63,8 +63,8 @@ def settings(runner: BoardRunner) -> CheckResult:
     if abs(ratio - 1.0) > 0.1:
         return warn(
             "scale",
-            f"Scale and radii disagree: the scale's travel per count is {ratio:.2f} × the value from the "
-            "radii.",
+            f"Scale and radii disagree: with the scale, the handle moves {ratio:.2f} × as far per count as "
+            "with the radii.",
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:

@@ -88,7 +88,7 @@ FAILURE = base.Failure(
     "damper acts",
     formula="Explicit Euler and the rule of the lecture are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
     "step dt, damping b and stiffness k",
-    explanation="A mass of 2 kg hangs on a spring (300 N/m) with a damper (1 N·s/m). It touches a handle "
+    explanation="A mass of 2 kg with a spring (300 N/m) and a damper (1 N·s/m) touches a handle "
     "that is held still; the contact is a second spring (1,000 N/m), so the total stiffness k is 1,300 N/m. "
     "The mass's true oscillation decays at 0.25 1/s. The rule of the lecture uses the mean of the last two "
     "accelerations, so it is late by one step. This acts like a negative damping −k dt: −1.3 N·s/m at 1 ms, "

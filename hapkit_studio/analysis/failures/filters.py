@@ -79,9 +79,9 @@ FAILURE = base.Failure(
     "1 + (k + b H(z)) P(z) = 0 has a solution with |z| = 1, with virtual damping b, filter H and handle P",
     explanation="The damping force is computed from a filtered velocity. The filter removes noise, but its "
     "output is late, by about 1/(2π f) for a first-order low-pass with corner frequency f. Late damping "
-    "removes less energy, and beyond a quarter of a period it adds energy. So the lower the corner, the "
-    "less stiffness the same virtual damping b allows, and a second-order filter allows less than a "
-    "first-order one.",
+    "removes less energy, and if it is late by more than a quarter of a period, it adds energy. So a filter "
+    "with a lower corner frequency lowers the stiffness limit, and a second-order filter lowers it more than "
+    "a first-order filter.",
     knob=replace(spring.STIFFNESS, default=2000.0),
     limit=limit,
     probe=lambda k, case: spring.evidence(spring.setting(case, chosen(case)), case["damping"], k),

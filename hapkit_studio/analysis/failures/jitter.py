@@ -125,8 +125,8 @@ FAILURE = base.Failure(
     key="jitter",
     title="A loop that is sometimes late",
     summary="A stiffness that is stable at the nominal rate becomes unstable when some samples come late",
-    formula="Safe: k < 2 b₀/T, with stiffness k, damping b₀ of the handle and the longest period T. Exact: "
-    "from the roots of one whole cycle (the usual periods and one long period)",
+    formula="Safe: k < 2 b₀/T, with stiffness k, damping b₀ of the handle and the longest period T. The "
+    "exact limit is computed from a whole cycle: the usual periods and one long period",
     explanation="The force of a spring stays constant in each period T. At a speed v this adds the energy "
     "½ k v² T², so a period that is five times as long adds 25 times as much. The handle's damping removes "
     "b₀ v² T, only five times as much. In the worst case, a long period comes each time the handle is "

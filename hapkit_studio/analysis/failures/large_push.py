@@ -87,7 +87,7 @@ FAILURE = base.Failure(
     summary="Dry friction keeps a spring stable above its stiffness limit, but only up to a certain "
     "amplitude",
     formula="Stable if A < (F_c/k) coth(π σ/2ω), about 4 F_c/(π ω (k T/2 − b₀)), with amplitude A, dry "
-    "friction F_c, stiffness k, root σ ± jω of the spring, period T and damping b₀",
+    "friction F_c, stiffness k, period T, damping b₀, and growth rate σ and frequency ω of the oscillation",
     explanation="Beyond k = 2 b₀/T sampling adds more energy in an oscillation than viscous damping "
     "removes. This surplus, π ω A² (k T/2 − b₀), grows with the square of the amplitude A. Dry friction "
     "removes 4 F_c A, in proportion to A only. So small oscillations die out and large ones grow "

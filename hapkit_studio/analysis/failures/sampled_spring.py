@@ -101,8 +101,8 @@ FAILURE = base.Failure(
     summary="Above a certain stiffness the sampled spring gives the handle more energy than damping takes "
     "away",
     formula="Stable if about k < (b₀ + b)/(T/2 + td), with stiffness k, damping b₀ of the handle and b of "
-    "the spring, period T and delay td. The exact limit is computed from the "
-    "equation of the sampled loop",
+    "the spring, period T and delay td. The exact limit is computed from the equation "
+    "of the sampled loop",
     explanation="The loop reads the position once in each period T and holds the force until the next "
     "reading. On average the force is late by T/2 plus the delay td. A late spring force resists too "
     "little on the way in and pushes too long on the way out. So every oscillation gains energy in "
