@@ -57,7 +57,12 @@ MISTAKES = (
     Mistake(
         "a = sin(x)",
         "`{0}` belongs to the module math: write `math.{0}(a)`",
-        ("sin", *MATH),
+        ("sin", *(name for name, function in MATH.items() if function.most == 1)),
+    ),
+    Mistake(
+        "a = pow(x, 2)",
+        "`{0}` belongs to the module math: write `math.{0}(a, b)`",
+        ("pow", *(name for name, function in MATH.items() if function.most == 2)),
     ),
     Mistake(
         "a = math.max(x, v)",

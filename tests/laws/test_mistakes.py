@@ -40,6 +40,7 @@ VARIANTS = [
     ("a = math.sign(x)", "`sign` is not in the law language: write `math.copysign(1.0, a)`"),
     ("a = log10(x)", "`log10` belongs to the module math: write `math.log10(a)`"),
     ("a = radians(x)", "`radians` belongs to the module math: write `math.radians(a)`"),
+    ("a = atan2(x, v)", "`atan2` belongs to the module math: write `math.atan2(a, b)`"),
     ("a = numpy.sign(x)", "`numpy` is not in the law language: write `math.sin(a)`"),
     ("a = np.pi", "`np` is not in the law language"),
     ("a = math.PI", "'math.PI' is not defined: write `math.pi`"),
