@@ -23,7 +23,7 @@ from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions import export, settings_events
 from hapkit_studio.sessions.chunk import pack
-from hapkit_studio.sessions.file import FAULT, SETTINGS, SUFFIX, Event, SessionWriter
+from hapkit_studio.sessions.file import FAULT, SETTINGS, SUFFIX, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.session import SQLITE, Session
 from hapkit_studio.settings_log import Log
 from hapkit_studio.tables import TableColumns
@@ -226,6 +226,8 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
         session.close()
     time = found["time"]
     if not len(time):
+        if session.damage:
+            raise SessionError(f"{' '.join(session.damage)} There are no readable samples in this part.")
         whole = f"samples from 0 to {session.seconds:.6g} s"
         raise ParameterError(f"{session.path.name} has {whole}, none from {start:g} to {stop:g} s.")
     own = found["board_time"]

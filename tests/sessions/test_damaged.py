@@ -306,6 +306,13 @@ def test_a_compressed_column_never_takes_more_memory_than_its_samples(path):
         assert len(found.read(("state", "position"))["position"]) == 100 * (CHUNKS - 2)
 
 
+def test_a_session_whose_columns_are_all_damaged_is_refused_with_the_reason(path):
+    for row in range(1, CHUNKS + 1):
+        set_value(path, "chunk", row, "position", BOMB)
+    with pytest.raises(SessionError, match=r"bad.hapkit is damaged. Skipped: chunk 1: "):
+        hs.open_session(path)
+
+
 def test_a_value_larger_than_any_chunk_is_not_read(path):
     set_value(path, "chunk", 2, "velocity", bytes(database._LONGEST_VALUE + 1))
     with closing(Session(path)) as found:
