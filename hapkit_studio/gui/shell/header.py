@@ -15,6 +15,7 @@ from hapkit_studio.gui.widgets.tabs import Tabs
 from hapkit_studio.gui.widgets.theme import theme
 
 _DOT = {"running": "ok", "failed": "danger"}  # colour token by the link's state; other states use "warn"
+_GAP, _GAP_COMPACT = 12, 7  # px: between the parts and at both ends; the E-stop has 4 px more
 _WORDS = {
     "preparing": "Preparing…",
     "connecting": "Connecting…",
@@ -137,7 +138,7 @@ class Header(QWidget):
         self.panel.hide()
         self.stop = StopButton(studio)
         parts = (self.devices, (self.tabs, 1), self.panel, self.pause, self.record, 4, self.stop)
-        self._row = hbox(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
+        self._row = hbox(*parts, into=self, margins=(_GAP, 0, _GAP, 0), gap=_GAP)
         self._row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
         self._projected: tuple[QWidget, ...] = ()
         self._on_projector = False
@@ -214,6 +215,9 @@ class Header(QWidget):
     def resizeEvent(self, event) -> None:
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._wide else 0)
         mark(self.tabs, "compact", not self._wide)
+        gap = _GAP_COMPACT if self._compact else _GAP
+        self._row.setSpacing(gap)
+        self._row.setContentsMargins(gap, 0, gap, 0)
         for button in (self.pause, self.record, self.panel):
             button.picture.setHidden(self._compact)
         self._show_caps()

@@ -9,9 +9,9 @@ from hapkit_studio.gui.widgets import icons
 
 
 class Tabs(QTabBar):
-    """A row of tabs. If the row is too short, its last tabs move to a menu.
+    """A row of tabs. If the row is too short, its last tabs move to a menu, and its first tab as the last.
 
-    The first tab, the current tab and the tab with the data ``pinned`` always stay visible.
+    The current tab and the tab with the data ``pinned`` always stay visible.
     """
 
     _fitting = True  # True until the construction is complete
@@ -57,7 +57,7 @@ class Tabs(QTabBar):
         self._fitting = True
         widths, button = self._widths(), self.more.sizeHint()
         room, hidden = self.width(), set[int]()
-        for index in reversed(range(1, self.count())):
+        for index in reversed(range(self.count())):
             left = sum(widths) - sum(widths[i] for i in hidden) + (button.width() if hidden else 0)
             if left <= room:
                 break

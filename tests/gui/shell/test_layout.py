@@ -373,6 +373,17 @@ def test_key_caps_give_way_before_a_tab_moves_into_the_menu(window, qapp):
     assert header.pause.cap.isVisible()
 
 
+def test_the_menu_of_views_fits_beside_the_longest_tab(window, qapp):
+    """At 1280 × 800 with a scale of 2, only the longest tab and the menu fit."""
+    tabs = window.header.tabs
+    window.views.show("accuracy")
+    settle(qapp, window, (640, 400))
+    shown = [index for index in range(tabs.count()) if tabs.isTabVisible(index)]
+    assert shown == [tabs.currentIndex()]
+    assert tabs.rect().contains(tabs.more.geometry())
+    window.views.show("live")
+
+
 def test_a_pages_side_column_shrinks_like_the_panel(window, qapp):
     for size in ((1440, 900), (1280, 720)):
         settle(qapp, window, size)
