@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QEvent, Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# a status with more than _BESIDE letters gets its own line; a shorter one is at index _STATUS of the row
-_BESIDE, _STATUS = 26, 2
+_BESIDE = 26  # a status with more letters gets its own line
+_MARGINS, _GAP = (12, 7, 8, 7), 6
 
 
 class RunBar(QWidget):
     """The bar with the run button; emits ``run_pressed`` and ``export_pressed``.
 
-    While the job runs, the run button cancels it.
+    While the job runs, the run button cancels it. In a narrow window, the bar has two lines.
     """
 
     run_pressed = Signal()
@@ -67,9 +67,10 @@ class RunBar(QWidget):
         self.progress.setFixedHeight(4)
         self.progress.setAccessibleName("Progress of the measurement")
         keep_size_when_hidden(self.progress)
-        self._left, self._below = hbox(gap=6), hbox()
-        self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=6)
-        vbox(self._row, self._below, self.progress, rule(), into=self)
+        self._left, self._below = hbox(gap=_GAP), hbox()
+        self._right = hbox(self.status, self.run, self.export, gap=_GAP)
+        self._row, self._second = hbox(self._left, None, self._right, margins=_MARGINS, gap=_GAP), hbox(None)
+        vbox(self._row, self._second, self._below, self.progress, rule(), into=self)
         job.running_changed.connect(self._refresh)
         job.preparing.connect(
             lambda: self.show_text("The first measurement is being prepared. This takes up to a minute")
@@ -98,13 +99,29 @@ class RunBar(QWidget):
         mark(self.status, "role", "error" if danger else "hint")
         below = len(text) > _BESIDE
         if below == self._below.isEmpty():
-            (self._row if below else self._below).removeWidget(self.status)
+            (self._right if below else self._below).removeWidget(self.status)
             self.status.setWordWrap(below)
             if below:
                 self._below.addWidget(self.status)
             else:
-                self._row.insertWidget(_STATUS, self.status)
+                self._right.insertWidget(0, self.status)
         self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
+
+    def event(self, event: QEvent) -> bool:
+        """Choose between one and two lines after a change of the width or of a text."""
+        done = super().event(event)
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+            self._break_line()
+        return done
+
+    def _break_line(self) -> None:
+        wide = self._left.sizeHint().width() + self._right.sizeHint().width()
+        narrow = wide + _GAP + _MARGINS[0] + _MARGINS[2] > self.width()
+        here, there = (self._row, self._second) if narrow else (self._second, self._row)
+        if here.indexOf(self._right) >= 0:
+            here.removeItem(self._right)
+            there.addLayout(self._right)
+            self._second.setContentsMargins(_MARGINS[0], 0, _MARGINS[2], _MARGINS[3] if narrow else 0)
 
     def set_measured(self, measured: bool) -> None:
         """Choose the button's text: for example "Measure again" if there was a measurement before."""

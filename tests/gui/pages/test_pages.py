@@ -6,7 +6,7 @@ import threading
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
@@ -14,6 +14,7 @@ from hapkit_studio.gui.pages import measuring
 from hapkit_studio.gui.pages.base import Page, View
 from hapkit_studio.gui.pages.measuring import RunBar
 from hapkit_studio.gui.state.background import Job
+from tests.gui.shell.test_layout import cut_off
 
 
 class Plain(Page):
@@ -87,6 +88,21 @@ def job(qtbot):
     made = Job(needs="")
     yield made
     made.end()
+
+
+def test_the_run_button_moves_to_a_second_line_if_the_bar_is_too_narrow(job, qtbot, qapp):
+    bar, choice = RunBar(job), QPushButton("A choice with a long text")
+    page = QWidget()
+    qtbot.addWidget(page)
+    bar.setParent(page)
+    bar.add(choice)
+    page.show()
+    wide = choice.sizeHint().width() + bar.run.sizeHint().width() + bar.export.sizeHint().width()
+    for width, lines in ((wide + 60, 1), (wide - 10, 2), (wide + 60, 1)):
+        bar.resize(width, 80)
+        assert cut_off(page) == []
+        assert (bar.run.y() > choice.geometry().bottom()) == (lines == 2)
+        assert bar.export.geometry().right() < width
 
 
 def test_a_job_reports_progress_and_delivers_its_result(job, qtbot):
