@@ -50,7 +50,7 @@ class Drawing(QWidget):
     dragged = Signal(float, float)
     pointed = Signal(object)
 
-    def __init__(self, name: str, least: tuple[int, int] = (260, 180)):
+    def __init__(self, name: str, least: tuple[int, int] = (260, 120)):
         from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
         from matplotlib.figure import Figure
         from matplotlib.layout_engine import ConstrainedLayoutEngine

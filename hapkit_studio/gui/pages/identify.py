@@ -79,11 +79,8 @@ _INTO_SURFACE = 0.003
 
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
-_HOW = (
-    "Push against the scene and let go, slowly and fast, in both directions. The button Shake handle "
-    "does this with the simulated hand. Then press Identify."
-)
-_EXAMPLE = "The chart below is only an example: it shows a simulated spring."
+_HOW = "Push against the scene and let go, slowly and fast, in both directions."
+_EXAMPLE = "The chart below is only an example."
 
 
 def example(_progress: Progress) -> "Identified":
@@ -158,7 +155,7 @@ class IdentifyPage(MeasuringPage):
         self.how, body = label(_HOW), QWidget()
         self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.how.setContentsMargins(16, 0, 16, 0)
-        vbox(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
+        vbox(self.how, (self.chart, 1), into=body, margins=(0, 6, 0, 0), gap=6)
         self.build(body)
         self._example: Identified | None = None
         self._exemplify = Job(self)
@@ -241,7 +238,7 @@ class IdentifyPage(MeasuringPage):
 
     def _take_example(self, found: "Identified") -> None:
         self._example = found
-        self.how.setText(f"{_HOW}\n{_EXAMPLE}")
+        self.how.setText(f"{_HOW} {_EXAMPLE}")
         self.show_part()
 
     def _draw(self, found: "Identified", pale: bool) -> None:
