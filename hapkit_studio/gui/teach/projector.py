@@ -20,7 +20,8 @@ from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.quantity import Quantity
 
 VALUES = 2
-_ROOM_FOR_SLIDERS = 200  # px: minimum height of the card for sliders; in a lower card they are hidden
+# px: minimum heights of the card for two values, and for two values with sliders
+_ROOM_FOR_VALUES, _ROOM_FOR_SLIDERS = 170, 200
 
 
 class LargeValue(QWidget):
@@ -88,8 +89,8 @@ class ValueCard(QWidget):
         self._studio, self._settings = studio, settings
         self.values: list[LargeValue] = []
         self.verdict = AnswerLine()
-        self._column = vbox(gap=6)
-        vbox(self._column, None, rule(), self.verdict, into=self, margins=(14, 8, 14, 8), gap=6)
+        self._column = vbox(gap=4)
+        vbox(self._column, None, rule(), self.verdict, into=self, margins=(14, 6, 14, 6), gap=4)
         studio.environment_changed.connect(self.rebuild)
         for changed in (studio.values_changed, studio.lock_changed):
             changed.connect(self._show_values)
@@ -145,7 +146,9 @@ class ValueCard(QWidget):
             value.show_value()
 
     def _fit(self) -> None:
-        """Hide the sliders if the card is too low."""
+        """Hide the sliders, and in an even lower card the second value."""
+        for value in self.values[1:]:
+            value.setVisible(self.height() >= theme.px(_ROOM_FOR_VALUES))
         for value in self.values:
             if value.slider is not None:
                 value.slider.setVisible(self.height() >= theme.px(_ROOM_FOR_SLIDERS))
