@@ -29,7 +29,7 @@ HAND_KEYS = (
     ("Zoom the time plots vertically", "Ctrl+wheel"),
     ("Explain the law language (code editor)", "F1"),
 )
-_SHEET_WIDE, _SHEET_HIGH = 520, 440
+_SHEET_WIDE, _SHEET_HIGH = 520, 380
 _LONGEST = 40  # maximum number of letters of a marker; the plots have no space for a longer text
 
 

@@ -94,10 +94,14 @@ class FormDialog(TextDialog):
         self.column.addWidget(part)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Open the dialog below the window's banners, so that a fault and its button stay visible."""
+        """Open the dialog below the window's banners, so that a fault and its button stay visible.
+
+        The dialog is at most as large as the window.
+        """
         super().showEvent(event)
         parent = self.parentWidget()
         if parent is not None and not event.spontaneous():
+            self.resize(self.size().boundedTo(parent.window().size()))
             below = theme.px(breakpoints.HEADER_HEIGHT + breakpoints.BANNERS * breakpoints.BANNER_HEIGHT)
             top = parent.window().mapToGlobal(QPoint(0, below)).y()
             if self.y() < top:

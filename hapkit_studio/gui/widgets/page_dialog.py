@@ -9,6 +9,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _WIDE, _HIGH = 860, 480  # px: size of the dialog
 _BESIDE = 200  # px: height of the dialog's other widgets and of the header of a small window
+_AROUND = 60  # px: width of the dialog's margins and of its surroundings
 _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
@@ -27,8 +28,11 @@ class PageDialog(TextDialog):
         self.page.setOpenExternalLinks(True)
         self.page.setMarkdown(text)
         self.page.document().setDocumentMargin(_MARGIN)
-        high = parent.window().height() - theme.px(_BESIDE) if parent is not None else _HIGH
-        self.page.setMinimumSize(theme.px(_WIDE), min(theme.px(_HIGH), high))
+        wide, high = theme.px(_WIDE), theme.px(_HIGH)
+        if parent is not None:
+            room = parent.window().size()
+            wide, high = min(wide, room.width() - _AROUND), min(high, room.height() - theme.px(_BESIDE))
+        self.page.setMinimumSize(wide, high)
         self.field.textChanged.connect(self.find_first)
         self.field.returnPressed.connect(self.find_next)
         theme.changed.connect(self._format)

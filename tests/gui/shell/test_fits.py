@@ -34,6 +34,8 @@ SCREENS = {
     "1280 × 720": (1280, 720),
     "1280 × 800 with a frame of 40 px": (1280, 760),
     "1920 × 1080 at a scale of 2, with a frame of 40 px": (960, 500),
+    "1280 × 800 at a scale of 1.5, with a frame of 40 px": (853, 493),
+    "1280 × 800 at a scale of 2": (640, 400),
 }
 
 _OTHER_DIALOGS = "Keys and glossary", "Law language", "Real-time priority", "About"
