@@ -23,7 +23,7 @@ MASS, WALL = (environments.named("puck").values()[key] for key in ("mass", "wall
 SHOVED, PUCK_FROM = 0.5, 0.010  # m/s, m: initial speed of the handle, and initial position of the puck
 SECONDS = (BOUNCES + 1) * (math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED)
 LABELS = {
-    "held": "Penalty, held force", "semi_implicit": "Penalty, semi-implicit", "verlet": "Penalty, Verlet",
+    "held": "Spring, held force", "semi_implicit": "Spring, semi-implicit", "verlet": "Spring, Verlet",
     "located": "Verlet, contact located", "exact": "Exact",
 }  # fmt: skip
 
