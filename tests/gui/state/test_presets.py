@@ -195,7 +195,7 @@ def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window,
 
 def test_incompatible_values_are_refused(tmp_path):
     text = 'environment = "button"\n[values]\nsnap_start = 0.0035\ntravel = 0.003\n'
-    with pytest.raises(ParameterError, match="ravel"):
+    with pytest.raises(ParameterError, match="press depth"):
         presets.read(preset(tmp_path, text), LIBRARY)
 
 

@@ -81,7 +81,7 @@ def test_incompatible_values_are_refused_with_and_without_an_engine(reset_idle_w
         studio.choose("button")
         studio.set_value("snap_start", 0.002)
         studio.set_value("travel", 0.003)
-        with pytest.raises(errors.ParameterError, match="ravel"):
+        with pytest.raises(errors.ParameterError, match="press depth"):
             studio.set_value("snap_start", 0.0035)
         assert studio.values["snap_start"] == 0.002
         studio.reset_values()
