@@ -286,7 +286,7 @@ def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ..
         Condition("speed", protocol.speed, "Impact speed", f"{protocol.speed:g} m/s", "v₀"),
         Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
         Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),
-        Condition("apart", protocol.apart, "Stiffness steps near the limit", f"{100.0 * protocol.apart:g} %"),
+        Condition("apart", protocol.apart, "Precision of the stiffness", f"{100.0 * protocol.apart:g} %"),
     )
 
 

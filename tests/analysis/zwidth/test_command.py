@@ -26,7 +26,7 @@ def test_the_output_states_the_stiffest_wall_and_the_conditions(capsys):
         "With damping b = 2 N·s/m (no hand), the handle comes to rest at all tested walls up to 8,7"
     )
     assert "the handle buzzes" in out
-    assert "v₀ 0.1 m/s · push 1 N · force limit none · stiffness steps near the limit 1 %" in out
+    assert "v₀ 0.1 m/s · push 1 N · force limit none · precision of the stiffness 1 %" in out
 
 
 def test_the_json_is_one_object(capsys):
