@@ -124,7 +124,7 @@ def plane(case: base.Case) -> Plane:
         ),
     )
     return Plane(
-        "The handle rests with enough friction (top) and enough damping (right)",
+        "The handle comes to rest with enough friction (top) and enough damping (right)",
         "b₀/(k T): damping relative to sampling",
         "$F_c$/(k Δ): friction relative to the force of a sensor step",
         (panel,),

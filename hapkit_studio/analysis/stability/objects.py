@@ -37,8 +37,7 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
     """
     if key not in OBJECTS:
         raise ParameterError(
-            f"The scene must be one with an object that the handle pushes ({', '.join(OBJECTS)}), not "
-            f"{key!r}."
+            f"Choose a scene with an object that the handle pushes: {' or '.join(OBJECTS)}, not {key!r}."
         )
     if not setting.linear:
         raise ParameterError("The velocity filter is not linear, so there is no exact limit.")

@@ -31,8 +31,8 @@ _REFRESH_MS = 100
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
     "A simulated hand presses into stiffer and stiffer walls, until a wall keeps buzzing. The force, "
-    "speed and travel of the handle are limited. Esc stops the measurement at once. Afterwards your settings "
-    "are restored."
+    "the speed and the range of the handle are limited. Esc stops the measurement at once. Afterwards your "
+    "settings are restored."
 )
 
 
