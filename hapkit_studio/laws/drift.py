@@ -371,16 +371,15 @@ def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
 
 
 _DRIFTS = "`s.{0}` becomes inaccurate on the board and in a sketch, which compute with 7 digits: "
-_HOW_FAR = ". With 7 digits, a sum of `dt` is wrong by 3 ms after 10 s and by seconds after 10 min"
 _COUNT = (
     _DRIFTS
-    + "count the calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
-    + _HOW_FAR
+    + "count the calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`. With 7 "
+    "digits, a sum of `dt` is wrong by 3 ms after 10 s and by seconds after 10 min"
 )
 _AGAIN = (
     "start `s.{0}` again from 0 after each period, with `s.{0} = (s.{0} + 1) % n` for `n` calls in a period"
 )
-_PERIOD = _DRIFTS + _AGAIN + _HOW_FAR
+_PERIOD = _DRIFTS + _AGAIN
 _KEPT = (
     "the time `s.{0}` becomes inaccurate on the board and in a sketch: store the count, `s.{0} = s.{1}`, "
     "and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"

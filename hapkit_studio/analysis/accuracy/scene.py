@@ -337,12 +337,13 @@ class SceneResult:
             return ""
         wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
         if not (self.is_stable_enough(best) or math.isnan(best.limit)):
-            warning = (
-                f"No option is stable up to {MARGIN:g} times this scene's stiffness ({wanted}). "
-                "The best option"
-            )
+            warning = f"No option is stable up to {MARGIN:g} times this scene's stiffness ({wanted})."
             near = best.limit >= self.question.stiffness
-            warning += " is close to its limit." if near else " needs a hand or friction to come to rest."
+            warning += (
+                " The best option is close to its limit."
+                if near
+                else " The best option needs a hand or friction to come to rest."
+            )
             stiffest = max(self.at(place), key=lambda o: o.limit)
             if best.limit < _LEAST_LIMIT * stiffest.limit:
                 more = f"{stiffest.limit - best.limit:,.0f} N/m more"

@@ -111,7 +111,7 @@ def plane(case: base.Case) -> Plane:
         limits = (Boundary("longest stable step", longest, ratios),) if np.isfinite(longest).all() else ()
         panels.append(Panel(field, name, limits, marks=tuple(swing_points())))
     return Plane(
-        "Green: the motion decays. Number at a line: factor of the amplitude in one step. Stars: the "
+        "Green: the motion decays. Number at a line: growth factor of the amplitude per step. Stars: the "
         "scenes at 1,000 Hz",
         "ω dt: angle of the oscillation in one step",
         "damping ratio ζ",
