@@ -215,6 +215,7 @@ class Header(QWidget):
     def resizeEvent(self, event) -> None:
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._wide else 0)
         mark(self.tabs, "compact", not self._wide)
+        self.tabs.updateGeometry()  # the style changes the tabs' width without a notification
         gap = _GAP_COMPACT if self._compact else _GAP
         self._row.setSpacing(gap)
         self._row.setContentsMargins(gap, 0, gap, 0)

@@ -360,9 +360,13 @@ def test_gallery_scene_and_panel_shrink_in_smaller_windows(window, qapp):
 
 def test_key_caps_give_way_before_a_tab_moves_into_the_menu(window, qapp):
     header = window.header
+    settle(qapp, window, (1280, 720))
     settle(qapp, window, (1440, 900))
     assert header.pause.cap.isVisible()
+    assert not header.tabs.more.isVisible()
     window.actions_by_key.run("session.pause")
+    settle(qapp, window, (1440, 900))
+    assert not header.tabs.more.isVisible()
     law = header.tabs.addTab("Law")
     settle(qapp, window, (1440, 900))
     assert not header.pause.cap.isVisible()
