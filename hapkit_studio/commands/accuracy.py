@@ -44,7 +44,9 @@ OPTIONS = (
 def run(options: argparse.Namespace) -> Result:
     """Measure methods, scenes or the terms that scenes need; draw the results if requested."""
     needs = options.needs or options.called == FORMER_NEEDS
-    if options.parameter and (len(options.environment) != 1 or needs):
+    if options.parameter and needs:
+        raise ParameterError("--needs takes each scene's default parameters: leave out -p.")
+    if options.parameter and len(options.environment) != 1:
         raise ParameterError("Parameters belong to one environment: name it.")
     if options.thresholds and not needs:
         raise ParameterError("--thresholds belongs to --needs: a scene is judged by the literature's.")

@@ -149,3 +149,5 @@ def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
 def test_parameters_require_a_single_scene(capsys):
     assert main(["accuracy", "spring", "wall", "-p", "stiffness=3"]) != 0
     assert "Parameters belong to one environment" in capsys.readouterr().err
+    assert main(["accuracy", "wall", "--needs", "-p", "stiffness=400"]) == 2
+    assert "--needs takes each scene's default parameters" in capsys.readouterr().err
