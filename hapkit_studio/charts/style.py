@@ -107,8 +107,8 @@ def legend(axes: Any, c: Colors) -> None:
             labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.2, handlelength=1.7, labelspacing=0.3,
         )  # fmt: skip
         taken = made.get_window_extent()
-        # a legend wider than the axes before the layout would leave unused space at their right
-        if taken.width <= wide * box.width:
+        # the layout widens the axes by more than 10 %; a wider legend would leave unused space at their right
+        if taken.width <= 1.1 * wide * box.width:
             made.set_visible(taken.height <= _MOST * box.height)
             return
 
