@@ -42,9 +42,9 @@ SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's r
 LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal if the result is needed within 50 ms
 KNOWN = 0.05  # JND: accuracy of the ideal; errors that differ by less are considered equal
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
-# If no option has the margin, an option's error must not exceed this multiple of the least error, and its
-# limit must reach this fraction of the highest limit among those options.
-_MOST_ERROR, _LEAST_LIMIT = 2.0, 0.99
+# If no option has the margin, an option's limit must reach this fraction of the highest limit. A smaller
+# difference has no meaning: measured limits differ from the computed ones by up to 3 %.
+_LEAST_LIMIT = 0.98
 _MOST = 100.0  # JND: upper bound of a difference that is split into parts
 # for each choice between methods, its key and the index of its option
 Options = tuple[tuple[str, float], ...]
@@ -289,18 +289,15 @@ class SceneResult:
     def admissible(self, place: str) -> list[Option]:
         """Return the options that may be recommended: those with a stability margin of MARGIN.
 
-        If there are none, exclude options with more than twice the least error, and return those within 1 %
-        of the highest remaining limit. The limit of a nonlinear estimator is unknown; then no option is
-        excluded because of its limit.
+        If there are none, return those within 2 % of the highest limit. The limit of a nonlinear estimator
+        is unknown; then no option is excluded because of its limit.
         """
         options = self.at(place)
         enough = [o for o in options if self.is_stable_enough(o)]
         if enough or not options:
             return enough
-        least = min(o.error for o in options)
-        accurate = [o for o in options if o.error <= _MOST_ERROR * least]
-        top = max(o.limit for o in accurate)
-        return [o for o in accurate if math.isnan(top) or o.limit >= _LEAST_LIMIT * top]
+        top = max(o.limit for o in options)
+        return [o for o in options if math.isnan(top) or o.limit >= _LEAST_LIMIT * top]
 
     def is_stable_enough(self, option: Option) -> bool:
         """Return True if an option is stable up to MARGIN times the scene's stiffness."""
@@ -344,11 +341,6 @@ class SceneResult:
                 if near
                 else " The best option needs a hand or friction to come to rest."
             )
-            stiffest = max(self.at(place), key=lambda o: o.limit)
-            if best.limit < _LEAST_LIMIT * stiffest.limit:
-                more = f"{stiffest.limit - best.limit:,.0f} N/m more"
-                error = f"its error is {significant(stiffest.error / best.error, 2)} times as large"
-                warning += f" {stiffest.method} is stable up to {more}, but {error}."
         return " ".join(filter(None, (warning, self._cause(best))))
 
     def _cause(self, best: Option) -> str:

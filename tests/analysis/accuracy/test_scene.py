@@ -122,10 +122,10 @@ def made_up(*options, stiffness=500.0, place="board"):
         ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),
         # the first two errors are equal, so the cheaper model is selected
         ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),
-        # no limit is high enough: the least error is selected among the limits within 1 % of the highest
-        ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
-        # the second limit is higher, but its error is more than twice as large
-        ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),
+        # no limit is high enough: the least error is selected among the limits within 2 % of the highest
+        ([(2.0, 300.0, 1.0), (1.9, 293.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
+        ([(2.0, 295.0, 1.0), (9.0, 300.0, 1.0)], "M0"),
+        ([(2.0, 293.0, 1.0), (9.0, 300.0, 1.0)], "M1"),
         # the limits are unknown, so only the errors are compared
         ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),
     ],
@@ -300,8 +300,7 @@ def ruled(options, stiffness):
     """Return the option that the rule in how-it-works.md recommends."""
     admissible = [o for o in options if o.limit >= 1.5 * stiffness or not stiffness]
     if not admissible:
-        accurate = [o for o in options if o.error <= 2.0 * min(p.error for p in options)]
-        admissible = [o for o in accurate if o.limit >= 0.99 * max(p.limit for p in accurate)]
+        admissible = [o for o in options if o.limit >= 0.98 * max(p.limit for p in options)]
     return min(admissible, key=lambda o: o.error)
 
 
@@ -314,19 +313,6 @@ def test_the_recommended_row_is_the_default_with_the_least_error_of_all_admissib
         best = found.recommended(place)
         assert best is ruled(found.at(place), found.question.stiffness)
         assert best is found.default(place)
-
-
-@pytest.mark.slow
-def test_the_reason_names_a_stiffer_option_that_was_excluded_for_its_error():
-    """On the computer, implicit Euler permits a puck that is 5 N/m stiffer, but with 3 times the error."""
-    puck = computed("puck")
-    stiffest = max(puck.at("computer"), key=lambda o: o.limit)
-    assert stiffest.method == "Implicit Euler"
-    gain = stiffest.limit - puck.recommended("computer").limit
-    times = stiffest.error / puck.recommended("computer").error
-    text = f"Implicit Euler is stable up to {gain:.0f} N/m more, but its error is {times:.1f} times as large."
-    assert text in puck.reason("computer")
-    assert "but its error" not in puck.reason("board") + computed("mass_spring_damper").reason("computer")
 
 
 @pytest.mark.slow
