@@ -9,6 +9,7 @@ from typing import Any
 from hapkit_studio import environments
 from hapkit_studio.charts.style import unbroken
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import RUBBER_BAND
 from hapkit_studio.dynamics.loop_settings import estimator_texts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -75,7 +76,11 @@ def _conditions(settings: LoggedSettings) -> list[str]:
     model = device.get("title") if isinstance(device, Mapping) else None
     parts = [device if isinstance(device, str) else str(model or SimulatedHapkit.title)]
     parts += [_HANDS.get(hand, f"hand: {hand}")] if isinstance(hand, str) else []
-    parts += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
+    parts += (
+        [grip if grip == RUBBER_BAND else f"{grip} grip"]
+        if isinstance(grip, str) and not isinstance(device, str)
+        else []
+    )
     parts += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []
     parts += [f"{rate:,g} Hz"] if isinstance(rate, int | float) else []
     parts += [f"delay {compact(1e3 * delay, 3)} ms"] if isinstance(delay, int | float) else []

@@ -13,7 +13,7 @@ from typing import Any
 from hapkit_studio import environments
 from hapkit_studio.charts.style import check_picture
 from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
-from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.hand import ALL_GRIPS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
@@ -154,7 +154,7 @@ SETTING_OPTIONS = (
         for name, (unit, label) in SETTING.items()
     ),
     option("--estimator", metavar="NAME", help=ESTIMATOR_HELP),
-    option("--hand", metavar="GRIP", help=", ".join(GRIPS)),
+    option("--hand", metavar="GRIP", help=", ".join(ALL_GRIPS)),
     option("--controller", action="store_true", help="with the passivity controller"),
 )
 """Options of a LoopSettings; an option that is not given is None."""

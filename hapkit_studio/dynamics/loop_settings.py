@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 
 from hapkit_studio.dynamics import nominal
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
-from hapkit_studio.dynamics.hand import GRIPS, Grip, grip_named
+from hapkit_studio.dynamics.hand import ALL_GRIPS, Grip, grip_named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import quoted
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, check_number
@@ -40,9 +40,9 @@ ESTIMATOR = Choice(
     labels=("Difference", "IIR", "Butterworth", "FOAW", "Kalman"),
 )  # fmt: skip
 GRIP = Choice(
-    "grip", "Grip", tuple(GRIPS), "medium",
+    "grip", "Grip", tuple(ALL_GRIPS), "medium",
     "How firmly the simulated hand holds the handle while you drag. A hand absorbs energy: a "
-        "scene that buzzes when released may be stable in a firm grip.",
+        "scene that buzzes when released may be stable in a firm grip. A rubber band absorbs almost none.",
 )  # fmt: skip
 CONTROLLER = Choice("controller", "Passivity controller", ("off", "on"))
 MODEL = Choice("model", "Model", MODELS)

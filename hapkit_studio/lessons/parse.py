@@ -17,7 +17,7 @@ from markdown_it.token import Token
 
 from hapkit_studio import environments
 from hapkit_studio.discovery import assigning
-from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
+from hapkit_studio.dynamics.hand import ALL_GRIPS, SCRIPTS, Grip, grip_named
 from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, LoopSettings, estimator_texts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
@@ -272,7 +272,7 @@ class _Reader:
             environment=found,
             values=values,
             loop=loop,
-            grip=table.choice("grip", GRIPS, before.grip) or "released",
+            grip=table.choice("grip", ALL_GRIPS, before.grip) or "released",
             device=table.choice("device", DEVICES, before.device) or DEVICES[0],
             view=table.choice("view", views(), before.view) or views()[0],
             hide=table.names("hide", HIDDEN, before.hide),
@@ -450,9 +450,9 @@ class _Reader:
 
     @staticmethod
     def _grip(table: "_Table", scene: Scene) -> Grip | None:
-        """Return a grip by its name, or a grip with the given mass, damping and stiffness (a rubber band)."""
+        """Return a grip by its name, or a grip with the given mass, damping and stiffness."""
         if not isinstance(table.peek("grip"), dict):
-            return grip_named(table.choice("grip", GRIPS, scene.grip) or "released")
+            return grip_named(table.choice("grip", ALL_GRIPS, scene.grip) or "released")
         names = ("mass", "damping", "stiffness")
         given = table.numbers("grip", names)
         return Grip(*(given.get(name, 0.0) for name in names))

@@ -29,7 +29,10 @@ def csv(tmp_path_factory):
         ("identify CSV --from nan", "a number of seconds, not nan"),
         ("identify CSV --terms inertia", "The terms must be from"),
         ("stability --mass 0", "The mass must be between 10⁻¹³ and 10⁹ kg, not 0."),
-        ("stability --hand glove", "The grip must be one of released, light, medium, firm, not 'glove'."),
+        (
+            "stability --hand glove",
+            "The grip must be one of released, light, medium, firm, rubber band, not 'glove'.",
+        ),
         ("stability --estimator iir:cutoff=1e9", "Cutoff"),
         ("stability -K -5", "The rendered stiffness must be between 0 and 10⁹ N/m, not −5."),
         ("stability -K nan", "The rendered stiffness must be between 0"),

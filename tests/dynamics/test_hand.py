@@ -1,11 +1,14 @@
 """Hands have grips and named movements, and reject invalid values."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 
-from hapkit_studio.dynamics.hand import Hand, grip_named, hand_named
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.dynamics.hand import ALL_GRIPS, RUBBER_BAND, Hand, grip_named, hand_named
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, from_table, recorded, to_table
 from hapkit_studio.errors import ParameterError
 
 TIMES = np.arange(0.0, 12.0, 1e-3)
@@ -65,3 +68,19 @@ def test_unknown_names_are_rejected():
         hand_named("punch")
     with pytest.raises(ParameterError, match="light, medium"):
         grip_named("iron")
+
+
+@pytest.mark.parametrize("name", ALL_GRIPS)
+def test_a_grip_in_a_file_is_read_again(name):
+    loop = USUAL_LOOP.changed(hand=name)
+    for table in (to_table(loop), recorded(loop)):
+        found = from_table(json.loads(json.dumps(table)), USUAL_LOOP, reject=pytest.fail)
+        assert found["hand"] == name
+
+
+def test_a_rubber_band_has_the_limit_of_its_damper():
+    """The period T of 1 ms delays a virtual spring by T / 2, so the damping b permits up to 2 b / T."""
+    band = grip_named(RUBBER_BAND)
+    assert band.mass == 0.0
+    limit = stiffness_limit(0.044, 0.5, hand=RUBBER_BAND)
+    assert limit == pytest.approx(2e3 * (0.5 + band.damping), rel=0.02)

@@ -17,6 +17,10 @@ from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.haptics import clock, headless, rows, simulated_loop
 from hapkit_studio.haptics.rows import new_ring
 from hapkit_studio.haptics.tick import adopt
+from hapkit_studio.lessons import library
+from hapkit_studio.lessons.evaluate import evaluate
+from hapkit_studio.lessons.play import settings_in
+from hapkit_studio.lessons.samples import Samples
 
 FRAME = 16  # time in ms between updates of the pointer in a window
 
@@ -130,3 +134,24 @@ def test_a_handle_released_at_rest_starts_at_its_position():
         swing = math.hypot(x[0], v[0] / math.sqrt(100.0 / 0.044))
         assert x[:80].max() == pytest.approx(swing, rel=0.03)
         assert (x[:80].max() == x[0]) == let_go
+
+
+def stick_and_slip(grip, speed):
+    """Return the states of the step's two checks if a student drags the handle over 70 mm at a speed."""
+    step = next(step for step in library().lessons["friction"].steps if step.title == "Stick and slip")
+    pointer = np.concatenate([held(-0.035, 1.0), dragged(-0.035, 0.035, speed=speed)])
+    out = live("friction", pointer, step.scene.values, grip or step.scene.grip)
+    out[:, rows.HOST_TIME] = out[:, rows.BOARD_TIME]
+    samples = Samples.of_rows(out, [(0.0, settings_in(step.plays[0]))])
+    return {check.measure: evaluate(check, samples).state for check in step.checks}
+
+
+@pytest.mark.parametrize("speed", [0.007, 0.010, 0.015])
+def test_the_steps_rubber_band_sticks_and_slips_behind_a_mouse(speed):
+    found = stick_and_slip("", speed)
+    assert found == {"stick_slip_period": "correct", "stick_slip_amplitude": "correct"}
+
+
+@pytest.mark.parametrize("grip", ["light", "medium", "firm"])
+def test_a_persons_grip_is_too_damped_to_stick_and_slip(grip):
+    assert set(stick_and_slip(grip, 0.010).values()) == {"waiting"}

@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.analysis import checks
 from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec
-from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
+from hapkit_studio.dynamics.hand import ALL_GRIPS, Grip, Hand, hand_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings, check_delay
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
@@ -36,7 +36,7 @@ def checked_loop(
         check_number(value, name, unit, above=above, high=checks.MOST)
     check_delay(rate, delay)
     if isinstance(hand, str):
-        hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
+        hand = ALL_GRIPS[hand] if hand in ALL_GRIPS else hand_named(hand)
     if hand is not None and not isinstance(hand, Hand | Grip):
         raise ParameterError(f"hand must be a Hand, a Grip, a name or None, not {hand!r}.")
     grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else None

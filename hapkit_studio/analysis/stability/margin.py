@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.dynamics.hand import RUBBER_BAND
+
 RELEASED = "released"
 # largest ratio of limit to stiffness that is shown as a number
 FAR = 100.0
@@ -47,7 +49,9 @@ class Margin:
 
 
 def hand_text(hand: str) -> str:
-    """Describe the hand: "no hand", or the grip's name as in "medium grip"."""
+    """Describe the hand: "no hand", "rubber band", or the grip's name as in "medium grip"."""
+    if hand == RUBBER_BAND:
+        return hand
     return "no hand" if hand == RELEASED else f"{hand} grip"
 
 

@@ -105,7 +105,7 @@ class SimulatedHand:
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
         grip = guarded.engine.grip
-        self.grip = grip if GRIPS[grip] is not None else USUAL_GRIP
+        self.grip = grip if GRIPS.get(grip) is not None else USUAL_GRIP
         guarded.engine.set_loop(hand=self.grip)
 
     @property

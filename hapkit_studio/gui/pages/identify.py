@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.columns import Column
-from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
@@ -65,7 +65,7 @@ def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[
         engine.health().delay or 0.0,
         float((device or engine.device).quantum),
         Handle(device.mass, device.viscous, device.coulomb_force) if device else None,
-        GRIPS[studio.grip] if device and np.isfinite(table[:, rows.HAND_TARGET]).any() else None,
+        grip_named(studio.grip) if device and np.isfinite(table[:, rows.HAND_TARGET]).any() else None,
     )
     return lambda: of_rows(table, setup)
 

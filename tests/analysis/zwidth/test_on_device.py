@@ -14,6 +14,7 @@ from hapkit_studio.analysis.zwidth.on_device import ripple
 from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.dynamics.hand import RUBBER_BAND
 from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.clib import store_release
@@ -202,6 +203,13 @@ def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monk
     assert found.sentence == "The handle did not come to rest at any wall (light grip)."
     assert max(tried) == 200.0
     assert_as_before(engine)
+
+
+def test_a_medium_grip_replaces_a_rubber_band_which_does_not_press():
+    guarded = MagicMock()
+    guarded.engine.grip = RUBBER_BAND
+    assert on_device.SimulatedHand(guarded).grip == "medium"
+    guarded.engine.set_loop.assert_called_once_with(hand="medium")
 
 
 def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
