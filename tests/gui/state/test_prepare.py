@@ -44,8 +44,9 @@ print(*[event.data["dispatcher"] for _, event in compiled.buffer])
 
 
 @pytest.fixture
-def started(monkeypatch):
-    """Return the commands of the programs that would have been started."""
+def started(tmp_path, monkeypatch):
+    """Return the commands of the programs that would have been started; no part is compiled yet."""
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
     programs: list[tuple[str, ...]] = []
     monkeypatch.setattr(prepare, "_program", lambda *args, gently: programs.append(args) or args)
     return programs
