@@ -68,7 +68,7 @@ KITS = (
     Kit(
         "hapkit3-maxon",
         "Hapkit 3.0, stronger motor",
-        "The usual kit with a stronger motor: in the Arduino template from class, its constant is 0.03 N·m.",
+        "The usual kit with a stronger motor. The Arduino template from class uses 0.03 N·m as its constant.",
         _board(2, motor_constant=0.03, label="Hapkit maxon"),
     ),
     Kit(

@@ -141,7 +141,7 @@ PARAMETERS = (
         1.8,
         1.0,
         3.0,
-        "Friction against the fur, divided by the friction from head to tail",
+        "Friction from tail to head, divided by the friction from head to tail",
     ),
     Parameter(
         "fur_damping",

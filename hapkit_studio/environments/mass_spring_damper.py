@@ -115,8 +115,8 @@ ENVIRONMENT = Environment(
     "<i>b</i> damping, <i>k</i> stiffness, <i>x</i><sub>eq</sub> rest position, <i>F</i> force on the handle",
     explanation="The handle pushes an object from the left through a contact spring and feels the same force "
     "back. The object is a mass on a spring with a damper, so it keeps swinging when the handle "
-    "leaves it. The motion is computed step by step by an integrator. Explicit Euler and the rule "
-    "of the lecture add energy in each step. If the damper takes away less energy than that, the "
+    "leaves it. The motion is computed step by step by an integrator. Explicit Euler and the "
+    "lecture's rule add energy in each step. If the damper takes away less energy than that, the "
     "swing grows until the object is reset to rest. Semi-implicit Euler needs no more "
     "computing time, and its swing does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),

@@ -116,7 +116,7 @@ ENVIRONMENT = Environment(
     explanation="A free mass slides between two walls. Handle and walls push it through springs: the deeper "
     "the contact, the larger the force. The handle feels the same force back. A push gives the puck "
     "momentum: the force summed over the time of contact. A bounce that is computed exactly keeps the "
-    "puck's energy. Explicit Euler and the rule of the lecture add energy, implicit Euler takes some "
+    "puck's energy. Explicit Euler and the lecture's rule add energy, implicit Euler takes some "
     "away. With too much energy the puck flies out and is reset to rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,

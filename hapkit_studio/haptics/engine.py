@@ -298,7 +298,9 @@ class Engine:
         in again. Raise ParameterError if it is known that the board cannot render.
         """
         if where not in RENDERERS:
-            raise ParameterError(f"The renderer must be {' or '.join(RENDERERS)}, not {where!r}.")
+            raise ParameterError(
+                f"The force must be computed by the {' or the '.join(RENDERERS)}, not by {where!r}."
+            )
         if where == BOARD and (refusal := self.decision().refusal):
             raise ParameterError(refusal)
         self.prefer(where, rate)

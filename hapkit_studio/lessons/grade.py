@@ -97,7 +97,7 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
         return value, state, text
     if not math.isfinite(answer.result.start):
         if answer.result.state in (CORRECT, WRONG):
-            return "", EDITED, f"The file says {answer.result.state}, but names no evaluated interval."
+            return "", EDITED, f"The file says {answer.result.state}, but not which interval was evaluated."
         return "", MISSING, answer.result.text
     part = handed.samples.between(answer.result.start, answer.result.stop)
     return check_again(task, answer, evaluate_interval(task, part), part.stamp() if len(part) else "")

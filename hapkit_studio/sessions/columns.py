@@ -68,7 +68,7 @@ def decode(data: bytes, count: int) -> np.ndarray:
         raise DamagedError(f"Samples cannot be read: {error}.") from None
     wide = size == _INTEGERS[-1].itemsize or abs(first) > MOST_WHOLE
     if not 0.0 < step < _LARGEST_STEP or (wide and _wraps(differences)):
-        raise DamagedError("Samples cannot be read: their numbers are too large.")
+        raise DamagedError("Samples cannot be read: their values are too large.")
     return step * np.cumsum(differences)
 
 

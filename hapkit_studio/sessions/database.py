@@ -125,7 +125,7 @@ class Database:
         if size > _MOST_COPIED:
             name = one_line(path.name)
             step = f"copy it and {name}{LOG} into a folder in which you may write"
-            raise SessionError(f"{name} cannot be read in its folder: {step}.")
+            raise SessionError(f"{name} cannot be read from its folder: {step}.")
         self._copy = tempfile.TemporaryDirectory(prefix="hapkit-session-")
         copy = Path(self._copy.name) / path.name
         shutil.copyfile(path, copy)

@@ -141,7 +141,7 @@ def test_a_result_without_an_interval_is_detected(handed, lesson, state):
     edit_event(handed, lambda said: {**said, "state": state, "start": None}, "1.1")
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
     assert (row.state, row.value) == ("edited", "")
-    assert row.reason == f"The file says {state}, but names no evaluated interval."
+    assert row.reason == f"The file says {state}, but not which interval was evaluated."
 
 
 def test_a_lesson_about_an_environment_of_ones_own_is_handed_in_and_graded(tmp_path):

@@ -103,7 +103,8 @@ FAILURE = base.Failure(
     title="The energy of a bounce",
     summary="A wall adds energy in every bounce; for a stiff wall the formula of this energy is inaccurate",
     formula="E out/E in = exp(π (k (T/2 + td) − b₀)/(m ω)), with energy E, stiffness k, period T, "
-    "delay td, damping b₀, mass m and frequency ω. The error is about 1 % at ω T (1 + 2 td/T) = 0.4",
+    "delay td, damping b₀, mass m and frequency ω. This formula has an error of about 1 % if "
+    "ω T (1 + 2 td/T) = 0.4",
     explanation="A sampled wall is a spring that acts too late, by half a period plus the delay, both when "
     "the handle hits it and when the handle leaves it. So the handle bounces back faster than it came. The "
     "formula treats a bounce as half an oscillation that grows all the time. For a soft wall this is "

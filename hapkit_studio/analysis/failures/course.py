@@ -86,11 +86,11 @@ FAILURE = base.Failure(
     title="The course's mass–spring–damper with 1 ms steps",
     summary="With the integrator Lecture's rule, the oscillation grows by 8 % per second, although a "
     "damper acts",
-    formula="Explicit Euler and the rule of the lecture are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
+    formula="Explicit Euler and the lecture's rule are stable if dt < b/k = 1/1,300 s = 0.77 ms, with "
     "step dt, damping b and stiffness k",
     explanation="A mass of 2 kg with a spring (300 N/m) and a damper (1 N·s/m) touches a handle "
     "that is held still; the contact is a second spring (1,000 N/m), so the total stiffness k is 1,300 N/m. "
-    "The mass's true oscillation decays at 0.25 1/s. The rule of the lecture uses the mean of the last two "
+    "The mass's true oscillation decays at 0.25 1/s. The lecture's rule uses the mean of the last two "
     "accelerations, so it is late by one step. This acts like a negative damping −k dt: −1.3 N·s/m at 1 ms, "
     "more than the damper's 1 N·s/m, so the oscillation grows. Semi-implicit Euler needs the same computing "
     "time and is stable up to 78 ms.",

@@ -134,7 +134,7 @@ FAILURE = base.Failure(
     "(RK4 at ζ = 0), with frequency ω, step dt and damping ratio ζ",
     explanation="An integrator replaces the motion within a step by an approximation, and its error adds "
     "or removes energy. The result depends on the angle ω dt by which the oscillation advances in one "
-    "step, and on the damping ratio ζ. Explicit Euler and the rule of the lecture add energy in every step, "
+    "step, and on the damping ratio ζ. Explicit Euler and the lecture's rule add energy in every step, "
     "so only enough damping keeps them stable. The other methods are stable up to about two radians a step.",
     knob=base.Parameter(
         "step",

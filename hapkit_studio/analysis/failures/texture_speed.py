@@ -46,7 +46,7 @@ FAILURE = base.Failure(
     explanation="Ridges with wavelength λ, crossed at speed v, should be felt v/λ times a second. The loop "
     "samples 1/T times a second, and at least two samples for each ridge are needed to tell its frequency "
     "(Nyquist). With fewer than two, the samples are the same as those of a slower vibration of frequency "
-    "1/T − v/λ (aliasing), and this is what the motor plays: a faster stroke gives a lower pitch.",
+    "1/T − v/λ (aliasing), and the motor vibrates at this frequency: the faster you move, the lower it is.",
     knob=stroking.SPEED,
     limit=limit,
     probe=probe,

@@ -66,7 +66,7 @@ FAILURE = base.Failure(
     formula="A < b₀ λ/(π T), from 2π A/λ < 2 b₀/T, with amplitude A, damping b₀ of the handle, wavelength λ "
     "and period T",
     explanation="The force of equal ridges with amplitude A and wavelength λ changes by up to 2π A/λ per "
-    "metre. Between two ridges this is the stiffness of a spring, so it has the spring's limit 2 b₀/T. Finer "
+    "metre. This slope acts like the stiffness of a spring, so it must stay below 2 b₀/T. Finer "
     "ridges must be weaker: at most 0.8 N for λ = 5 mm and 0.16 N for λ = 1 mm, with a damping b₀ of "
     "0.5 N·s/m at 1 kHz. Beyond the limit the texture buzzes even under a finger that does not move.",
     knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "Largest force of a ridge", "A"),

@@ -162,9 +162,9 @@ def force_known(setup: Setup) -> str:
         return "The force is not measured, but the simulated motor gives exactly the force that was set."
     return (
         "The force is not measured, but computed from the command and the motor constant; ± is only the "
-        "uncertainty of the fit. If the motor has only 90 % of this constant, it gives 90 % of these "
-        "values. Measure the constant with known weights, springs or a kitchen scale: Set up my Hapkit, "
-        "step Strength."
+        "uncertainty of the fit. If the real motor constant is only 90 % of this one, the real values are "
+        "90 % of these. Measure the constant with known weights, springs or a kitchen scale: Set up my "
+        "Hapkit, step Strength."
     )
 
 

@@ -448,7 +448,7 @@ def need_text(found: Needs, effect: Effect) -> str:
     if effect.term in found.needs:
         return (
             "If only this property is left out, you feel no difference. If this property and others are left "
-            "out, you feel one."
+            "out, you feel a difference."
         )
     if effect.differs:
         return "Only the most sensitive people notice if this property is missing."

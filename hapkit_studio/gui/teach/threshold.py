@@ -154,7 +154,8 @@ class ThresholdExperiment(Experiment):
             texts.append(f"You stopped after {count} answer{'s' * (count != 1)}, so the result is uncertain.")
         if name:
             texts.append(
-                f"The answers are recorded in {name}. The view Speed and accuracy can use your threshold."
+                f"The answers are recorded in {name}. The view Speed and accuracy can use your threshold "
+                "instead of the published ones."
             )
         ResultDialog(
             TITLE, texts, lambda figure, c: draw_threshold(figure, c, found), parent=self._window

@@ -90,7 +90,8 @@ class ScaleStep(StepPage):
     def _show_first(self) -> None:
         text = f"Hold the handle at {_mm(PLACES[0])}, then press Take mark."
         self.box.show_text(
-            text, "Before the marks are taken, the picture uses the board's old zero, which may be wrong."
+            text,
+            "Before you take the marks, the picture uses the zero stored in the board, which may be wrong.",
         )
 
     def _mark_taken(self, mark: Mark) -> None:

@@ -147,7 +147,9 @@ class StrengthStep(StepPage):
     def _carried(self, found: tuple[float, float]) -> None:
         mass, force = found
         masses = sorted(mass for mass, _ in self.calibration.carried)
-        self.carried.setText("Masses carried so far: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + ".")
+        self.carried.setText(
+            "Masses that the motor has held so far: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + "."
+        )
         rest = [m for m in MASSES if m not in masses]
         text = (
             f"To carry {1e3 * mass:g} g, the motor gave {number(abs(force), 2)} N according to the "

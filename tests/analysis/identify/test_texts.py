@@ -123,7 +123,7 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
     for message in (text, json.loads(found)["force"], captions[0]):
         assert "The force is not measured" in message
         assert "± is only the uncertainty of the fit" in message
-        assert "90 % of this constant, it gives 90 % of these values" in message
+        assert "90 % of this one, the real values are 90 % of these" in message
         assert "Measure the constant with known weights, springs or a kitchen scale" in message
 
 
