@@ -256,7 +256,7 @@ _METHODS = (
         butterworth_response,
     ),
     Estimator("foaw", "First-order adaptive windowing", FOAW, (_LINE, _NOISE), foaw),
-    Estimator("kalman", "Steady Kalman filter", KALMAN, (_AGILITY,), kalman, kalman_response),
+    Estimator("kalman", "Kalman filter with constant gain", KALMAN, (_AGILITY,), kalman, kalman_response),
 )
 ESTIMATORS: dict[str, Estimator] = {method.key: method for method in _METHODS}
 

@@ -146,7 +146,7 @@ def direction(runner: BoardRunner) -> CheckResult:
     found = push_both_ways(runner)
     if found.agrees is False:
         text = found.result.text + " A spring would push the handle away."
-        remedy = "Run Set up my Hapkit, step Direction, or choose Flip direction in the menu Device."
+        remedy = "Run Set up my Hapkit, step Direction, or choose Device, Reverse the handle's direction."
         return CheckResult(FAIL, text, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         friction = f"The dry friction ({runner.settings.coulomb:.2f} N, as stored) may hold the handle."

@@ -356,7 +356,10 @@ _DEVICE = (
     Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
     Action("device.zero", "Set zero here", lambda w: w.studio.zero_here(), enabled=_may_set_up, rule=True),
-    Action("device.flip", "Flip direction", lambda w: w.studio.flip_direction(), enabled=_may_set_up),
+    Action(
+        "device.flip", "Reverse the handle's direction", lambda w: w.studio.flip_direction(),
+        enabled=_may_set_up,
+    ),
     Action(
         "device.reconnect", "Reconnect the device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
@@ -474,7 +477,7 @@ _HELP = (
     Action("help.law", "Law language", lambda w: w.show_law_language()),
     Action("help.glossary", "Glossary", lambda w: w.show_help("glossary")),
     Action("help.troubleshooting", "Troubleshooting", lambda w: w.show_help("troubleshooting")),
-    Action("help.write_lesson", "Writing lessons", lambda w: w.show_help("lessons")),
+    Action("help.write_lesson", "How to write lessons", lambda w: w.show_help("lessons")),
     Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K", rule=True),
     Action("help.keys", "Keys and glossary", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),

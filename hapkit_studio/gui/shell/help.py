@@ -31,7 +31,7 @@ PAGES: Mapping[str, HelpPage] = {
     "law": HelpPage("Law language", reference.page),
     "glossary": HelpPage("Glossary", _glossary),
     "troubleshooting": HelpPage("Troubleshooting", _document("troubleshooting")),
-    "lessons": HelpPage("Writing lessons", _document("lessons")),
+    "lessons": HelpPage("How to write lessons", _document("lessons")),
 }
 
 

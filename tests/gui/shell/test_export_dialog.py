@@ -59,7 +59,7 @@ def test_kit_and_printing_can_be_chosen(window, sheet):
 
 def test_an_unsupported_estimator_is_replaced_with_a_message(window, sheet):
     window.studio.set_loop(estimator="foaw")
-    assert "Kalman filter, instead of" in sheet.velocity.text()
+    assert "Kalman filter with constant gain, instead of" in sheet.velocity.text()
     assert "alpha-beta" in sheet.text()
     window.studio.set_loop(estimator="difference")
     assert sheet.velocity.text().endswith(", the same as in the loop")

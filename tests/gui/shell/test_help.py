@@ -19,7 +19,7 @@ PAGES = {
     "help.law": "Law language",
     "help.glossary": "Glossary",
     "help.troubleshooting": "Troubleshooting",
-    "help.write_lesson": "Writing lessons",
+    "help.write_lesson": "How to write lessons",
 }
 SECTIONS = ("No port", "No force", "Wrong direction", "Buzzing", "Drift", "Slow link or computer")
 
