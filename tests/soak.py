@@ -27,7 +27,7 @@ CHANGE_MS = 1000  # time in ms between changes of environment or view
 
 
 def keep_changing(window: MainWindow) -> QTimer:
-    """Show, once per second and alternately, the next environment or the next view."""
+    """Show the next environment and the next view once per second."""
     keys = [action.key for action in window.actions_by_key.entries]
     views = [key for key in keys if key.startswith("view.tab.")]
     turns = zip(cycle(window.studio.environments), cycle(views), strict=False)

@@ -46,7 +46,7 @@ class Walls:
 
 
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
-    """Write the rendered walls, the linear limit and the conditions."""
+    """Write a chart of the rendered walls, the linear limit and the conditions to a file."""
     walls = Walls.of(result)
     caption = unbroken([result.place, *(c.short_text for c in result.conditions)])
     save(lambda figure, c: draw(figure, c, walls), path, _SIZE, result.sentence, caption)

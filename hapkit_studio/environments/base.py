@@ -166,7 +166,7 @@ class Environment:
         return numbers
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the terms of the device that the scene needs; () if they are unknown.
+        """Return the device properties, such as friction, that matter in the scene; () if they are unknown.
 
         They are known only at the default values.
         """

@@ -54,8 +54,8 @@ STATE = record(
     ("clock_ahead", "f8"),  # smallest recent difference of computer time and board time
     ("started", "i8"),
     ("sent_stop", "i8"),
-    ("zeroed", "i8"),  # values of the counters of zero and direction that were processed last
-    ("flipped", "i8"),
+    ("zeroed", "i8"),  # number of the last processed request to set the zero
+    ("flipped", "i8"),  # number of the last processed request to reverse the direction
     ("handover", "i8"),  # state of the handover, one of the six below
     # whether the board's settings are known, whether they can be changed, and whether a zero was stored
     ("settings_seen", "i8"),

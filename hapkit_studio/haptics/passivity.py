@@ -303,10 +303,7 @@ def lift(w: Record, work: float) -> None:
 
 @internal
 def begin(r: LoopArrays, position: float, period: float) -> None:
-    """Start the observer at this position, with no known cells and no given energy.
-
-    The limit is the stored energy.
-    """
+    """Start the observer at this position: no cell has been visited, and no energy has been given out."""
     w = r.watch
     w.opaque = 0
     w.given = w.alarm.limit = w.alarm.excess = w.strict.limit = w.strict.excess = w.most = 0.0

@@ -237,7 +237,7 @@ def _comment(value: object, place: str) -> Comment:
 
 @dataclass(frozen=True)
 class Reviews:
-    """The reviews beside a handed-in file by path, in alphabetical order.
+    """The reviews in the folder of a handed-in file, by path; the paths are in alphabetical order.
 
     ``errors`` has one line for each review that is unreadable or refers to different answers.
     """

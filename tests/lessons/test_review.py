@@ -1,4 +1,4 @@
-"""A peer review is a separate file that never changes the reviewed data; a damaged review hides no other."""
+"""A peer review never changes the reviewed data, and a damaged review does not hide the other reviews."""
 
 import html.parser
 import json

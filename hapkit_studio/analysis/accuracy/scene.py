@@ -317,7 +317,7 @@ class SceneResult:
         return min(tied, key=lambda o: (cost[o], o is not default), default=None)
 
     def sentence(self, place: str) -> str:
-        """Return a sentence on the best option of a place."""
+        """Return a sentence on the best option on the computer or on the board (``place``)."""
         best = self.recommended(place)
         if best is None:
             return next(iter(self.refused.values()), "")

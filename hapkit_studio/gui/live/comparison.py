@@ -51,7 +51,7 @@ def movement(hands: tuple[str, ...]) -> Hand:
 
 
 class RenderingComparison(QObject):
-    """Compares the renderers computer and board on demand, and holds the last trace of the previous renderer.
+    """Compares rendering on the computer and on the board; keeps the last trace of the previous renderer.
 
     Both renderers get the same movement; afterwards the original renderer renders again.
     """

@@ -118,8 +118,8 @@ def compile_loop(key: str) -> None:
 def compile_paddle(key: str) -> None:
     """Compile the simulated paddle, the loop's functions, and the loop's first laws.
 
-    A second program compiles the tick at the same time. To balance the load, this program takes over the last
-    function of the tick.
+    A second process compiles the tick at the same time. To balance the load, the present process compiles the
+    last function of the tick.
     """
     from numba import typeof
 

@@ -146,7 +146,7 @@ class ValueCard(QWidget):
             value.show_value()
 
     def _fit(self) -> None:
-        """Hide the sliders, and in an even lower card the second value."""
+        """Hide the sliders in a low card, and also the second value in an even lower one."""
         for value in self.values[1:]:
             value.setVisible(self.height() >= theme.px(_ROOM_FOR_VALUES))
         for value in self.values:

@@ -41,7 +41,7 @@ def folder(tmp_path_factory, prepared):
 
 
 def described():
-    """Return the environments described on the page; ``make pictures`` adds a new one."""
+    """Return the environments that the page describes; ``make pictures`` adds a new environment to it."""
     page = resources.path("docs", "environments.md").read_text(encoding="utf-8")
     return {key: e for key, e in LIBRARY.items() if f"| `{key}` |" in page}
 
