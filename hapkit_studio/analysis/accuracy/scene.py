@@ -324,8 +324,9 @@ class SceneResult:
         where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
         limit, error = limit_text(best.limit), jnd(best.error)
         if best.error < 1.0:
-            return f"{where}: the scene feels like the ideal scene. Stiffness: {limit}."
-        return f"{where}: the scene differs by {error} from the ideal scene. Stiffness: {limit}."
+            return f"{where}: the scene feels like the ideal scene. Stiffness without a hand: {limit}."
+        felt = f"most people feel that the scene differs from the ideal scene ({error})"
+        return f"{where}: {felt}. Stiffness without a hand: {limit}."
 
     def reason(self, place: str) -> str:
         """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""

@@ -245,8 +245,10 @@ class ScenePart(Part):
         rows = [one for _, options in charts.options_by_location(result) for one in options]
         self.table.show_rows(charts.option_columns(result), rows)
         self.better = result.recommended(where)
-        on = self.better is not None and self.better is result.in_force(where)
-        self.answer.show_text(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
+        sign = "triangle", "warn"
+        if self.better is not None and self.better is result.in_force(where):
+            sign = ("check", "ok") if self.better.error < 1.0 else ("info", "ink2")
+        self.answer.show_text(result.sentence(where), *sign)
         q = result.question
         refused = result.refused.get(q.options_text(q.options), "")
         others = [result.sentence(place.name) for place in q.places if place.name != where]
@@ -282,7 +284,7 @@ class ScenePart(Part):
         self._chosen, text = one, ""
         if one is not None:
             felt = f"Error: {jnd(one.error)}. Sense: {one.sense}. Motion of the hand: {one.hand}"
-            text = f"{felt}. Stiffness: {this_scene.limit_text(one.limit)}"
+            text = f"{felt}. Stiffness without a hand: {this_scene.limit_text(one.limit)}"
         self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(text)
 
@@ -404,7 +406,8 @@ class NeedsPart(Part):
             title = discover()[key].title
             who = "most people" if self.own is None else "you"
             self.answer.show_text(
-                f"{title} needs {terms}. Without the other properties, {who} would feel no difference.",
+                f"A simulation of {title} needs {terms}. Without the other properties, {who} would feel "
+                "no difference.",
                 "check",
                 "ok",
             )

@@ -146,21 +146,21 @@ def test_the_answer_and_its_reason_are_stated_as_text():
     unnamed = replace(best, method="", error=1.0, parts=())
     texts = {
         (best, truer): (
-            "On the board, use M0 at 2,000 Hz: the scene differs by 3.0 JND from the ideal scene. Stiffness: "
-            "stable up to 900 N/m.",
+            "On the board, use M0 at 2,000 Hz: most people feel that the scene differs from the ideal scene "
+            "(3.0 JND). Stiffness without a hand: stable up to 900 N/m.",
             "M1 is more accurate, but on this board it lowers the rate to 1,000 Hz. Your hand feels the "
             "lower rate more than the method's error.",
         ),
         (near,): (
-            "On the board, use M0 at 2,000 Hz: the scene feels like the ideal scene. Stiffness: stable up to "
-            "900 N/m.",
+            "On the board, use M0 at 2,000 Hz: the scene feels like the ideal scene. Stiffness without a "
+            "hand: stable up to 900 N/m.",
             "The largest part of the error is the velocity estimate: 1.3 JND. You can choose a different "
             "velocity filter under Loop, for all scenes. M0 has an error of the opposite sign, which "
             "cancels 0.50 JND of the total error.",
         ),
         (unnamed,): (
-            "On the board at 2,000 Hz: the scene differs by 1.0 JND from the ideal scene. Stiffness: stable "
-            "up to 900 N/m.",
+            "On the board at 2,000 Hz: most people feel that the scene differs from the ideal scene (1.0 "
+            "JND). Stiffness without a hand: stable up to 900 N/m.",
             "",
         ),
     }
