@@ -140,11 +140,11 @@ class Header(QWidget):
         super().resizeEvent(event)
         layout = self.layout()
         assert layout is not None
+        # a hidden part is not shown on trial: the parent would resize this header again, without end
+        hidden = [part for part in self.lines if part.isHidden()]
+        wide = layout.totalSizeHint().width() + sum(p.sizeHint().width() + layout.spacing() for p in hidden)
         for part in self.lines:
-            part.show()
-        fits = layout.totalSizeHint().width() <= self.width()
-        for part in self.lines:
-            part.setVisible(fits)
+            part.setVisible(wide <= self.width())
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
         """Show a line's sample with a label; an empty label hides the sample."""

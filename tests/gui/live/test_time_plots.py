@@ -315,6 +315,21 @@ def test_the_value_in_a_header_is_never_cut_off(plots, qapp, wide):
     assert all(part.isVisible() == (wide >= 400) for part in header.lines)
 
 
+def test_a_resized_header_shows_no_hidden_part_on_trial(plots, qapp, monkeypatch):
+    """Each change of visibility may resize the header again, without end."""
+    header = next(header for header in plots.headers if header.plot.key == "force")
+    header.setParent(None)
+    header.resize(180, header.height())
+    header.show()
+    qapp.processEvents()
+    shown = []
+    for part in header.lines:
+        monkeypatch.setattr(part, "showEvent", lambda _event, part=part: shown.append(part), raising=False)
+    header.resize(181, header.height())
+    qapp.processEvents()
+    assert shown == []
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_divider_label_is_inside_the_frame_on_the_projector(plots, monkeypatch, side):
     theme.set_scale(2.0)
