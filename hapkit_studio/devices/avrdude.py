@@ -91,7 +91,7 @@ def _avrdude(program: Path) -> Avrdude:
 
 CONNECTING, WRITING, VERIFYING = "connecting", "writing", "verifying"
 Progress = Callable[[str, float], object]
-"""A callback that receives one of these stages and its completed fraction; it may raise to abort."""
+"""A callback ``(stage, fraction)`` for the progress of each stage; an exception from it ends the flashing."""
 
 _BAR = 50
 _AGAIN = "Flash again; if it happens again, use another cable or another port."

@@ -60,7 +60,7 @@ RUBBER_BAND = "rubber band"
 # The damper gives the band on a handle of 44 g a loss factor of 0.07, as in rubber. With 1 N·s/m, there is no
 # stick-slip at 10 mm/s.
 ALL_GRIPS: dict[str, Grip | None] = GRIPS | {RUBBER_BAND: Grip(0.0, 0.2, 200.0)}
-"""What may hold a simulated handle: a person's grip, or a rubber band whose end follows the pointer."""
+"""The grips of a simulated hand, and a rubber band whose end follows the pointer."""
 
 # m/s: the speed at which a hand approaches the pointer, and the speed at which it then follows the pointer
 ARRIVES, LEADS = 0.10, 1.0

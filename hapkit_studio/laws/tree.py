@@ -400,7 +400,7 @@ def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
 
 
 def _zero(args: tuple[Expr, ...]) -> bool:
-    """Return True if one of the terms is a literal 0; a parameter does not count, because it may change."""
+    """Return True if an argument is the literal 0. A parameter is not: its value may change later."""
     return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
 
 

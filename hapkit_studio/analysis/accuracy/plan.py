@@ -64,7 +64,8 @@ class Point:
 
 Work = Callable[[], object]
 Motion = tuple[Work, Callable[[], float]]  # a simulation, and a function that afterwards returns its error
-# a point without error and time, a function that prepares so many repetitions, and the simulated seconds
+# a point of a chart before it is measured; a function that prepares a number of repetitions;
+# the simulated time in s
 Run = tuple[Point, Callable[[int], Motion], float]
 
 

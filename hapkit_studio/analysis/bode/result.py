@@ -103,7 +103,7 @@ class Response:
         return np.where(mass > 0.0, mass, math.nan)
 
     def first(self, below: np.ndarray) -> float:
-        """Return the first frequency in Hz at which values (n,) are negative; NaN if none is negative."""
+        """Return the frequency in Hz from which ``below`` (n,) is first negative; NaN if it never is."""
         there = np.flatnonzero(below < 0.0)
         if not there.size:
             return math.nan

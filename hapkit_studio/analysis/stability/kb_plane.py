@@ -174,7 +174,7 @@ def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = 
 
 
 def passivity_line(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m, which is stable with any hand; 0 if none is passive.
+    """Return the largest stiffness (n,) in N/m that is passive, and so stable with any hand; 0 without one.
 
     Raise ParameterError for a nonlinear estimator.
     """

@@ -66,7 +66,7 @@ def stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the exact stiffness in N/m below which every virtual spring is stable; 0 if none is stable.
+    """Return the exact stiffness limit in N/m: every softer virtual spring is stable. It may be 0.
 
     ``mass`` is in kg, ``viscous`` and the virtual ``damping`` are in N·s/m, ``rate`` is in Hz, and ``delay``
     in s. ``hand`` is a Hand, a Grip, a name, or None for a released handle. ``quantum`` in m is that of the

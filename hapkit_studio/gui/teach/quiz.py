@@ -170,7 +170,7 @@ class Quiz(QObject):
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return the parameter that the quiz can ask for now; None if it is locked or none is suitable."""
+        """Return the parameter for the next question; None without a question, or if the value is locked."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.temporary or card.verdict_input() is None:
